@@ -51,6 +51,7 @@ pub mod geom;
 pub mod input;
 pub mod job;
 pub mod link;
+pub mod location;
 pub mod mesh;
 pub mod motion;
 pub mod orient;

@@ -25,7 +25,7 @@ impl Trouble {
 
     /// What was given cannot be.
     pub(crate) fn input(text: String) -> Self {
-        let document = document::failed("command/usage", &text, 2, None);
+        let document = document::failed("command/usage", &text, 2, None, None);
         Self::with(text, 2, &document)
     }
 
@@ -50,7 +50,7 @@ where
             }
             Error::Strategy(strategy::StrategyError::NoWay(no)) => document::no_way(no),
             Error::Print(PrintError::Rejected(no)) => document::rejected(no),
-            _ => document::failed(error.code(), &text, exit, None),
+            _ => document::failed(error.code(), &text, exit, error.location().as_ref(), None),
         };
         Self::with(text, exit, &document)
     }

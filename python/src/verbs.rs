@@ -8,8 +8,8 @@ use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use trunnion::document;
 use trunnion::job::{
-    self, Arrangement, Cutting, Error, Finish, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile,
-    Outputs, PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest,
+    self, Arrangement, Cutting, Finish, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile, Outputs,
+    PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest,
     SlicingOptions, SplitOptions, SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
@@ -62,10 +62,6 @@ fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile
     path.map(|path| outputs.claim(path)).transpose()
 }
 
-fn picture(name: &'static str, path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<PictureFile>, Error> {
-    Ok(path.map(|path| PictureFile::claim(name, path, outputs)).transpose()?)
-}
-
 /// A call that was cancelled ends here, before it writes.
 fn before_writing(world: &World<'_>) {
     let _ = world.clock.now();
@@ -111,8 +107,8 @@ pub(crate) fn orient(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDi
     call.run(move |world| {
         let mut outputs = read([&request.model], None);
         let file = claim(output.as_deref(), &mut outputs)?;
-        let drawn = picture("landscape", landscape.as_deref(), &mut outputs)?;
-        let viewed = picture("view", view.as_deref(), &mut outputs)?;
+        let drawn = PictureFile::claim("landscape", landscape.as_deref(), &mut outputs)?;
+        let viewed = PictureFile::claim("view", view.as_deref(), &mut outputs)?;
         let done = job::orient(&request, world)?;
         before_writing(world);
         let part = &done.parts[0];
@@ -211,14 +207,6 @@ fn parts_file(output: &Path) -> PathBuf {
     output.with_extension("parts.3mf")
 }
 
-/// The right to write it; none where the model is such a file itself.
-fn claim_parts(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, FileError> {
-    match claim(path, outputs) {
-        Err(FileError::Twice { .. }) => Ok(None),
-        claimed => claimed,
-    }
-}
-
 /// Writes it where there is an output, and gives it back where there is none.
 fn keep_parts(
     (path, file): (Option<&Path>, Option<&OutputFile>),
@@ -267,8 +255,8 @@ pub(crate) fn plan(model: Named, profile: Named, told: Bound<'_, PyAny>, given: 
     call.run(move |world| {
         let mut outputs = read(models(&request.model, &request.arrangement), Some(&request.machine));
         let file = claim(output.as_deref(), &mut outputs)?;
-        let parts = claim_parts(parts_path.as_deref(), &mut outputs)?;
-        let sheet = picture("sheet", sheet.as_deref(), &mut outputs)?;
+        let parts = parts_path.as_deref().map(|path| outputs.claim_unless_taken(path)).transpose()?.flatten();
+        let sheet = PictureFile::claim("sheet", sheet.as_deref(), &mut outputs)?;
         let done = job::plan(&request, world);
         before_writing(world);
         if let (Err(strategy::StrategyError::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
@@ -370,8 +358,8 @@ fn prepared(mut request: PrepareRequest, files: &Prepared, world: &World<'_>) ->
     }
     let file = claim(files.output.as_deref(), &mut outputs)?;
     let plan_file = claim(files.plan_out.as_deref(), &mut outputs)?;
-    let sheet = picture("sheet", files.sheet.as_deref(), &mut outputs)?;
-    let parts = claim_parts(files.parts.as_deref(), &mut outputs)?;
+    let sheet = PictureFile::claim("sheet", files.sheet.as_deref(), &mut outputs)?;
+    let parts = files.parts.as_deref().map(|path| outputs.claim_unless_taken(path)).transpose()?.flatten();
     match &files.parts {
         _ if !files.may_cut => request.ways.cutting = Cutting::Never,
         Some(_) if parts.is_none() => request.ways.cutting = Cutting::Never,

@@ -5,6 +5,7 @@ source.
 """
 
 import json
+import logging
 import multiprocessing
 import os
 import pickle
@@ -499,6 +500,18 @@ class Watched(Folder):
         self.assertEqual((slicing[0].done, slicing[-1].done), (0, slicing[-1].of))
         self.assertEqual([str(one.message) for one in warned], [one.text for one in seen if one.kind == "warning"])
         self.assertTrue(done.verify.clean)
+
+    def test_the_logger_hears_the_same(self):
+        seen = []
+        with warnings.catch_warnings(), self.assertLogs("trunnion", level="DEBUG") as heard:
+            warnings.simplefilter("ignore")
+            trunnion.prepare(fixture("hook"), "generic-ac", slicer="builtin", progress=seen.append)
+        text = {"step": lambda one: f"{one.text}: {one.done} of {one.of}"}
+        self.assertEqual(
+            [record.getMessage() for record in heard.records], [text.get(one.kind, lambda one: one.text)(one) for one in seen]
+        )
+        levels = {"warning": logging.WARNING, "reached": logging.INFO, "step": logging.DEBUG}
+        self.assertEqual([record.levelno for record in heard.records], [levels[one.kind] for one in seen])
 
     def test_a_warning_names_the_callers_line(self):
         model = trunnion.Model.from_meshes({"one": box((0, 0, 0), (20, 20, 10)), "other": box((0, 0, 5), (20, 20, 15))})

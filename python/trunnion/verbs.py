@@ -5,12 +5,14 @@ verbs take:
 
     unit: unit of the model's numbers: um, mm, cm, in, ft or m; else the file's own, else guessed by size.
     repair: mend what is safe to mend, and warn of it: flipped and doubled facets, corners on sides, plane holes.
-    progress: called with a :class:`Progress` as the work goes on; the work waits for it, and ends where it raises.
+    progress: called with a :class:`Progress` as the work goes on; the work waits for it, and ends where it raises. The logger `trunnion` hears
+        the same: warnings as WARNING, milestones as INFO, steps as DEBUG.
     threads: 0 to 1024; 0 and None are as many as there are processors, or what RAYON_NUM_THREADS says. Results do not depend on it.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,6 +23,10 @@ from . import _trunnion
 from .errors import InputError, TrunnionWarning
 from .models import ModelLike, Named, ProfileLike, named_file, named_model, named_profile
 from .results import Inspection, Orientation, Plan, Prepared, Report, Split
+
+_log = logging.getLogger("trunnion")
+# A library that nobody listens to is silent.
+_log.addHandler(logging.NullHandler())
 
 Path = Union[str, "os.PathLike[str]"]
 Vector = Sequence[float]
@@ -414,14 +420,19 @@ def _plan(plan: Union[Path, bytes, Plan, Prepared]) -> Named:
 
 
 def _teller(progress: Optional[Progressed]) -> Callable[[str, str, int, int], None]:
-    """What the native half calls: warnings become Python's, everything goes to `progress`."""
+    """What the native half calls: warnings become Python's; they and everything else go to `progress` and to the logger `trunnion`."""
     if progress is not None and not callable(progress):
         raise InputError(f"progress {progress!r} cannot be called; give a function of one argument")
 
     def told(kind: str, text: str, done: int, of: int) -> None:
         if kind == "warning":
             # The caller of the verb, behind this function, the native half and the verb itself.
+            _log.warning("%s", text)
             warnings.warn(text, TrunnionWarning, stacklevel=3)
+        elif kind == "reached":
+            _log.info("%s", text)
+        else:
+            _log.debug("%s: %d of %d", text, done, of)
         if progress is not None:
             progress(Progress(kind, text, done, of))
 

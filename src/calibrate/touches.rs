@@ -29,6 +29,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::geom::Vec3;
+use crate::location::Location;
 use crate::spelling::nearest;
 
 /// A tip's form at its end.
@@ -189,6 +190,18 @@ pub enum TouchError {
         /// Value, unit, range and remedy.
         why: String,
     },
+}
+
+impl TouchError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        match self {
+            Self::Syntax { file, line: None, .. } => Location::file(file),
+            Self::Syntax { file, line: Some(line), .. } | Self::Value { file, line, .. } => {
+                Location::file(file).line(*line as u64)
+            }
+        }
+    }
 }
 
 #[derive(Deserialize)]

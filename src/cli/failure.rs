@@ -3,6 +3,7 @@
 use super::args::in_flags;
 use crate::document;
 use crate::job::{self, interrupts};
+use crate::location::Location;
 
 /// Why a verb did not do its work.
 #[derive(Debug, thiserror::Error)]
@@ -50,6 +51,14 @@ impl Failure {
             Self::Findings(_) => "command/no",
             Self::Prints { .. } => "send/prints",
             Self::Interrupted => "command/interrupted",
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub(crate) fn location(&self) -> Option<Location> {
+        match self {
+            Self::Job(error) => error.location(),
+            _ => None,
         }
     }
 

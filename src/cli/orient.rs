@@ -3,16 +3,16 @@
 use std::ops::RangeInclusive;
 
 use super::args::Orient as Verb;
-use super::requests::{claim_picture, outputs};
+use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, MachineSource, OrientOptions, OrientRequest, PartChoice};
+use crate::job::{self, MachineSource, OrientOptions, OrientRequest, PartChoice, PictureFile};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs([args.model.model.as_path()]);
     let oriented = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let drawn = claim_picture("landscape", args.landscape.as_deref(), &mut outputs)?;
-    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
+    let drawn = PictureFile::claim("landscape", args.landscape.as_deref(), &mut outputs)?;
+    let viewed = PictureFile::claim("view", args.view.as_deref(), &mut outputs)?;
     let only_one = drawn.is_some() || viewed.is_some();
     let request =
         OrientRequest { model: args.model.source()?, parts: chosen(args)?, only_one, options: args.options()? };

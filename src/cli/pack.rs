@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 
 use super::args::{Pack as Verb, copies};
-use super::requests::{claim_picture, outputs};
+use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};
+use crate::job::{
+    self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, PictureFile, Source, interrupts,
+};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let files: Vec<PathBuf> = args.models.iter().map(|w| copies(w).0.to_owned()).chain(args.boxes.clone()).collect();
     let mut outputs = outputs(files.iter().map(PathBuf::as_path));
     let plates = args.output.as_deref().map(|folder| job::Plates::claim(folder, &mut outputs)).transpose()?;
-    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
+    let viewed = PictureFile::claim("view", args.view.as_deref(), &mut outputs)?;
     // From here on an interrupt ends the search, and what was found so far is written.
     let asked = interrupts::Interrupts::listen();
     let done = job::pack(&args.request()?, &|| asked.count() > 0, &console.world())?;

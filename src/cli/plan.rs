@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::args::Plan as Verb;
-use super::requests::{claim_picture, folder_of, outputs, profile_file, supporting};
+use super::requests::{folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, FileError, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult, strategy};
+use crate::job::{self, Error, FileError, OutputFile, PictureFile, PlanRequest, PlanResult, strategy};
 use crate::planning::TimeSlot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -15,8 +15,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs(models.iter().map(PathBuf::as_path).chain(profile.as_deref()));
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts_file = args.output.as_deref().map(parts_file);
-    let parts = parts_file.as_deref().map(|path| claim_parts(path, &mut outputs)).transpose()?.flatten();
-    let picture = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
+    let parts = parts_file.as_deref().map(|path| outputs.claim_unless_taken(path)).transpose()?.flatten();
+    let picture = PictureFile::claim("sheet", args.sheet.as_deref(), &mut outputs)?;
     let mut options = args.plan.options(&args.pass)?;
     options.plans = args.top.unwrap_or(1);
     options.kept_in = folder_of(args.output.as_deref());
@@ -57,14 +57,6 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 /// The file beside `output` for a model that is not as it was read: `OUT.parts.3mf`.
 pub(super) fn parts_file(output: &Path) -> PathBuf {
     output.with_extension("parts.3mf")
-}
-
-/// The right to write it; none where the model is such a file itself.
-pub(super) fn claim_parts(path: &Path, outputs: &mut Outputs) -> Result<Option<OutputFile>, Failure> {
-    match outputs.claim(path) {
-        Err(FileError::Twice { .. }) => Ok(None),
-        claimed => Ok(Some(claimed?)),
-    }
 }
 
 /// Writes it.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::Prepare as Verb;
-use super::requests::{claim_picture, folder_of, outputs, profile_file, supporting};
+use super::requests::{folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
@@ -20,11 +20,11 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let output = outputs.claim(&args.output(&console.world())?)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| outputs.claim(&args.stream.journal(output.path()))).transpose()?;
-    let sheet = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
+    let sheet = PictureFile::claim("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let dry_run = args.dry_run.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let parts = plan::claim_parts(&plan::parts_file(output.path()), &mut outputs)?;
+    let parts = outputs.claim_unless_taken(&plan::parts_file(output.path()))?;
     let done = work(args, &output, ([plan, parts, dry_run], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;

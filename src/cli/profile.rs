@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::args::{Answers as Given, Calibrate, CheckProfile, Import, New, Profile as Verb};
-use super::requests::{claim_picture, folder_of, outputs, profile_file};
+use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
 use crate::document::{self, text};
-use crate::job;
+use crate::job::{self, PictureFile};
 use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source};
 use crate::profile::SHIPPED;
 
@@ -31,7 +31,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 
 fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
     let name = &args.of.profile;
-    let view = claim_picture("view", args.view.as_deref(), &mut outputs(profile_file(name).as_deref()))?;
+    let view = PictureFile::claim("view", args.view.as_deref(), &mut outputs(profile_file(name).as_deref()))?;
     let done = job::check_profile(&name.as_str().into(), &console.world())?;
     if console.json() {
         console.document(&document::checked(&done));

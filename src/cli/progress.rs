@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Failure, plan};
 use crate::document::{self, Lines, Row, text};
-use crate::job::{Bar, Installed, LoadedModel, OutputFile, PlanResult, Progress, SliceResult, World, interrupts};
+use crate::job::{self, Bar, Installed, LoadedModel, OutputFile, PlanResult, Progress, SliceResult, World, interrupts};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -113,7 +113,10 @@ impl Console {
     /// Why a verb did not do its work: on stdout too where scripts read that and have read nothing yet.
     pub(super) fn failed(&self, failure: &Failure) {
         if self.json && !self.spoke.load(Ordering::Relaxed) {
-            self.result(&document::failed(failure.code(), &failure.to_string(), failure.exit_code(), None).to_string());
+            let (text, place) = (failure.to_string(), failure.location());
+            self.result(
+                &document::failed(failure.code(), &text, failure.exit_code(), place.as_ref(), None).to_string(),
+            );
         }
     }
 
@@ -194,6 +197,7 @@ impl Progress for Console {
 pub(super) fn error(failure: &Failure) {
     let code = Some(failure.code()).filter(|code| !code.starts_with("command/"));
     say(&format!("error{}: {failure}", code.map_or_else(String::new, |code| format!("[{code}]"))));
+    failure.location().and_then(|location| job::shown_line(&location)).iter().for_each(|excerpt| say(excerpt));
 }
 
 /// Somebody has typed a line, which has moved the cursor behind the screen's `lines`: `wrong` where it means nothing.

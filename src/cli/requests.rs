@@ -9,8 +9,8 @@ use super::args::{
     ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs, copies,
 };
 use crate::job::{
-    self, Arrangement, InputError, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions,
-    PlanRequest, PlanSource, PoseChoice, PreviewRequest, SlicingOptions, Source, SupportForm, Supporting, interrupts,
+    self, Arrangement, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest, PlanSource,
+    PoseChoice, PreviewRequest, SlicingOptions, Source, SupportForm, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -207,15 +207,6 @@ impl Preview {
 /// The right to write, for a call that reads `inputs`.
 pub(super) fn outputs<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Outputs {
     Outputs::new(inputs).held_by(|| -> Box<dyn Any> { Box::new(interrupts::held()) })
-}
-
-/// The right to write a picture, where one is asked for.
-pub(super) fn claim_picture(
-    name: &'static str,
-    path: Option<&Path>,
-    outputs: &mut Outputs,
-) -> Result<Option<PictureFile>, InputError> {
-    path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
 }
 
 /// The file that a profile's word means; `None` for a shipped name.

@@ -1,17 +1,17 @@
 //! `trunnion split`
 
 use super::args::Split as Verb;
-use super::requests::{claim_picture, outputs, profile_file};
+use super::requests::{outputs, profile_file};
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, SplitOptions, SplitRequest};
+use crate::job::{self, PictureFile, SplitOptions, SplitRequest};
 use crate::spelling::numbers;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
     let mut outputs = outputs([args.model.model.as_path()].into_iter().chain(profile.as_deref()));
     let output = outputs.claim(&args.output)?;
-    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
+    let viewed = PictureFile::claim("view", args.view.as_deref(), &mut outputs)?;
     let request = SplitRequest {
         model: args.model.source()?,
         machine: args.machine.source(),

@@ -1,16 +1,16 @@
 //! `trunnion support`
 
 use super::args::Support as Verb;
-use super::requests::{claim_picture, outputs};
+use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, SupportForm, SupportOptions, SupportRequest, is_3mf};
+use crate::job::{self, PictureFile, SupportForm, SupportOptions, SupportRequest, is_3mf};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     args.output.as_deref().map(is_3mf).transpose()?;
     let mut outputs = outputs([args.model.model.as_path()]);
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
+    let viewed = PictureFile::claim("view", args.view.as_deref(), &mut outputs)?;
     let request = SupportRequest { model: args.model.source()?, options: args.options() };
     let done = job::support(&request, &console.world())?;
     let why_not = done.why_not();

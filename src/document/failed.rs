@@ -3,15 +3,18 @@
 use serde_json::{Value, json};
 
 use crate::job::{Error, MachineError, PrintError, PrinterError, SendError, UploadError};
+use crate::location::Location;
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
 use crate::strategy;
 use crate::world::interrupts;
 
-/// Any verb that printed no other document: what stands for the case, one sentence, the exit code, and what to type next, where the words on
-/// the command line are at fault.
-pub fn failed(code: &str, text: &str, exit: u8, help: Option<&str>) -> Value {
-    json!({"error": text, "exit": exit, "code": code, "help": help})
+/// Any verb that printed no other document: what stands for the case, one sentence, the exit code, where it is, and what to type next, where
+/// the words on the command line are at fault.
+pub fn failed(code: &str, text: &str, exit: u8, place: Option<&Location>, help: Option<&str>) -> Value {
+    let place = place
+        .map(|at| json!({"file": at.file, "line": at.line, "column": at.column, "word": at.word, "part": at.part}));
+    json!({"error": text, "exit": exit, "code": code, "place": place, "help": help})
 }
 
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.

@@ -86,6 +86,16 @@ pub enum ParseError {
     },
 }
 
+impl ParseError {
+    /// Where in the line, from 1, if it is at one place.
+    pub fn column(&self) -> Option<usize> {
+        match self {
+            Self::Unexpected { column, .. } | Self::OpenComment { column } => Some(*column),
+            Self::Checksum { .. } => None,
+        }
+    }
+}
+
 /// A line taken apart; reused from line to line so that parsing allocates nothing.
 #[derive(Clone, Debug)]
 pub struct ParsedLine {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::assembly::FitError;
+use crate::location::Location;
 use crate::mesh::{MeshError, UnknownUnit};
 use crate::planning::{Misplaced, PlanError};
 use crate::profile::ProfileError;
@@ -101,6 +102,21 @@ impl InputError {
             Self::Misplaced(error) => error.into(),
             Self::Plan(error) => error.into(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::File(error) => Some(error.location()),
+            Self::Absent { file, .. } | Self::Layers { file, .. } => Some(Location::file(file)),
+            Self::NoModel { plan, .. } | Self::Unit { plan, .. } => Some(Location::file(plan)),
+            Self::Hidden { path, .. } => Some(Location::path(path)),
+            Self::Mesh(error) => Some(error.location()),
+            Self::Profile(error) => error.location(),
+            Self::Misplaced(Misplaced::OverRim { part, .. }) => Some(Location::default().part(*part)),
+            Self::Plan(error) => error.location(),
+            _ => None,
         }
     }
 }

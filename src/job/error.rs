@@ -9,6 +9,7 @@ use super::printer::PrinterError;
 use super::publish::UploadError;
 use super::send::SendError;
 use crate::input::InputError;
+use crate::location::Location;
 use crate::strategy;
 use crate::world::NoSlicer;
 
@@ -61,6 +62,22 @@ impl Error {
             Self::Pack(error) => error.code(),
             Self::Batch(error) => error.code(),
             Self::Upload(error) => error.code(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::Strategy(error) => error.location(),
+            Self::Print(error) => error.location(),
+            Self::Send(error) => error.location(),
+            Self::Machine(error) => error.location(),
+            Self::Orient(error) => error.location(),
+            Self::Batch(error) => error.location(),
+            Self::Pack(PackError::Input(error)) | Self::Printer(PrinterError::Input(error)) => error.location(),
+            Self::Upload(UploadError::File(error)) => Some(error.location()),
+            Self::Pack(_) | Self::Printer(_) | Self::Upload(_) => None,
         }
     }
 }

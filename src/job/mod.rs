@@ -46,8 +46,8 @@ pub use crate::strategy::{
 pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;
 pub use crate::world::{
-    Bar, Clock, Disk, FileError, Files, Installed, NoSlicer, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Progress,
-    Silent, Slicers, SystemClock, World, in_words, key_from_environment, remedy, with_suffix,
+    Bar, Clock, Disk, FileError, Files, Installed, Logging, NoSlicer, OutputFile, Outputs, OwnPorts, OwnWeb, Ports,
+    Progress, Silent, Slicers, SystemClock, World, in_words, key_from_environment, remedy, shown_line, with_suffix,
 };
 pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Share, batch, models_at};
 pub use error::Error;

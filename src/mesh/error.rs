@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use crate::geom::Vec3;
+use crate::location::Location;
 
 /// A model that cannot be used: the file, the place in it, and the fault.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -16,6 +17,18 @@ pub struct MeshError {
     pub place: FilePlace,
     /// What is wrong there.
     pub fault: Fault,
+}
+
+impl MeshError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        let file = Location::file(&self.file);
+        match self.place {
+            FilePlace::Line(line) => file.line(line),
+            FilePlace::Part(part) => file.part(part),
+            _ => file,
+        }
+    }
 }
 
 /// Where in a model file a fault lies.

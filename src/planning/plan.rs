@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::gcode::round_to;
 use crate::geom::{Dir, Table, Vec3};
+use crate::location::Location;
 use crate::motion::{Pose, TableKinematics};
 use crate::profile::Profile;
 
@@ -159,10 +160,14 @@ pub struct SupportRoof {
 #[strum(serialize_all = "kebab-case", prefix = "plan-file/")]
 pub enum PlanError {
     /// Not JSON, or not of this shape.
-    #[error("{file}: not a plan: {message}")]
+    #[error("{file}{}: not a plan: {message}", if *line == 0 { String::new() } else { format!(":{line}") })]
     Syntax {
         /// The file.
         file: String,
+        /// Its line, from 1; 0 where it is about the whole.
+        line: usize,
+        /// The character of the line, from 1.
+        column: usize,
         /// The parser's words.
         message: String,
     },
@@ -254,6 +259,31 @@ pub enum PlanError {
     },
 }
 
+/// Where what ends at the character `column` of a line of JSON begins; both from 1.
+fn begins(text: &str, line: usize, column: usize) -> usize {
+    let line = text.lines().nth(line.wrapping_sub(1)).unwrap_or_default();
+    let before: Vec<char> = line.chars().take(column.saturating_sub(1)).collect();
+    before.iter().rposition(|c| " \t[{,:".contains(*c)).map_or(1, |place| place + 2)
+}
+
+impl PlanError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Syntax { file, line, column, .. } if *line > 0 => {
+                Some(Location::file(file).line(*line as u64).column(*column))
+            }
+            Self::Syntax { file, .. } | Self::Version { file, .. } => Some(Location::file(file)),
+            Self::Angles { part, .. }
+            | Self::NoSuchPart { part, .. }
+            | Self::Reach { part, .. }
+            | Self::Supports { part, .. }
+            | Self::Count { part, .. } => Some(Location::default().part(*part)),
+            Self::Stale { .. } | Self::PartList { .. } => None,
+        }
+    }
+}
+
 /// How well angles must bring a direction upright (chord, radians): the last digit of `up` and of the angles.
 const UPRIGHT: f64 = 2e-5;
 
@@ -275,7 +305,17 @@ impl Plan {
     ///
     /// [`PlanError::Syntax`] and [`PlanError::Version`].
     pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
-        let syntax = |e: serde_json::Error| PlanError::Syntax { file: file.to_owned(), message: e.to_string() };
+        let syntax = |e: serde_json::Error| {
+            let words = e.to_string();
+            // Line and column have fields of their own.
+            let message = words.rsplit_once(" at line ").map_or(&*words, |(message, _)| message).to_owned();
+            PlanError::Syntax {
+                file: file.to_owned(),
+                line: e.line(),
+                column: begins(text, e.line(), e.column()),
+                message,
+            }
+        };
         let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
         let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
         let known = |version: u32| format!("{} version {version}", Self::FORMAT);
@@ -283,7 +323,7 @@ impl Plan {
             let wanted = format!("{} to {}", known(Self::VERSION), Self::WITH_PROPS);
             return Err(PlanError::Version { file: file.to_owned(), found, wanted });
         }
-        serde_json::from_value(value).map_err(syntax)
+        serde_json::from_str(text).map_err(syntax)
     }
 
     /// The plan as text, a slot's print a line, so that two plans can be compared by eye.

@@ -6,6 +6,7 @@ use toml::{Table, Value};
 
 use super::ranges::{self, OutOfRange};
 use super::schema::Profile;
+use crate::location::Location;
 use crate::spelling;
 
 /// The reference of every key.
@@ -150,6 +151,11 @@ pub fn shipped(name: &str) -> Result<(&'static str, &'static str), ProfileError>
     })
 }
 
+/// The key by itself, without the tables that it stands in.
+fn last(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
 impl ProfileError {
     /// For a `name` that is not there, with the user's `own` beside the shipped ones; any other as it is.
     #[must_use]
@@ -159,6 +165,24 @@ impl ProfileError {
         }
         let names = SHIPPED.iter().map(|s| s.0).chain(own.iter().map(String::as_str));
         Self::NoSuchProfile { name: name.to_owned(), nearest: nearest(name, names), own }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        let location = match self {
+            Self::NoSuchProfile { .. } => return None,
+            Self::Syntax { file, .. } => Location::parse(file),
+            Self::UnknownKey { place, key, .. } => Location::parse(place).word(last(key)),
+            Self::Type { place, message } => {
+                match message.rsplit("in `").next().and_then(|rest| rest.strip_suffix('`')) {
+                    Some(key) => Location::parse(place).word(last(key)),
+                    None => Location::parse(place),
+                }
+            }
+            Self::Code { place, line, .. } => Location::parse(place).word(line),
+            Self::Range { place, value, .. } => Location::parse(place).word(value),
+        };
+        Some(location)
     }
 }
 

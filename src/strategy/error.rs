@@ -7,6 +7,7 @@ use super::refused::Refused;
 use super::ways::NoWay;
 use crate::assembly::FitError;
 use crate::input::{BadSetting, InputError};
+use crate::location::Location;
 use crate::mesh::MeshError;
 use crate::planning::{Infeasible, Misplaced};
 use crate::profile::ProfileError;
@@ -68,6 +69,19 @@ impl StrategyError {
             Self::Infeasible(error) => error.into(),
             Self::NoPlan(no) => (&no.infeasible).into(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::Misplaced(Misplaced::OverRim { part, .. })
+            | Self::RoomElsewhere { source: Misplaced::OverRim { part, .. }, .. } => {
+                Some(Location::default().part(*part))
+            }
+            Self::NotOneSolid { file, .. } => Some(Location::file(file)),
+            _ => None,
         }
     }
 }

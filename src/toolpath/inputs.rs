@@ -4,6 +4,7 @@ use super::export::{BoxMismatch, SlotMesh};
 use super::joint::Joint;
 use super::sliced::{Layer, SlicedPrint};
 use super::source::SlicedError;
+use crate::location::Location;
 use crate::planning::{Plan, Print, Workpiece};
 use crate::profile::Profile;
 
@@ -148,6 +149,21 @@ pub enum RewriteError {
         /// The layer's height, slot frame.
         z: f64,
     },
+}
+
+impl RewriteError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Write(_) => None,
+            Self::Sliced(error) => Some(error.location()),
+            Self::Missing { part, .. } => Some(Location::default().part(*part)),
+            Self::Box { file, part, .. } | Self::Pressed { file, part, .. } => Some(Location::file(file).part(*part)),
+            Self::Adhesion { file, line, part, .. } => Some(Location::file(file).line(*line).part(*part)),
+            Self::LayersDescend { file, line, .. } => Some(Location::file(file).line(*line)),
+            Self::Unexpected { file, .. } | Self::OtherMachine { file, .. } => Some(Location::file(file)),
+        }
+    }
 }
 
 /// A print of the plan with its sliced file.

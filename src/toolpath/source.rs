@@ -2,6 +2,7 @@
 
 use crate::gcode::ParseError;
 use crate::gcode::meaning::Firmware;
+use crate::location::Location;
 use crate::motion::replay::ReplayError;
 
 /// A sliced file and what is needed to read its lines again.
@@ -169,4 +170,30 @@ pub enum SlicedError {
         /// Counted from 1.
         line: u32,
     },
+}
+
+impl SlicedError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        match self {
+            Self::Parse { file, line, source } => {
+                let location = Location::file(file).line(*line);
+                source.column().map_or(location.clone(), |column| location.column(column))
+            }
+            Self::Replay { file, line, .. }
+            | Self::Command { file, line, .. }
+            | Self::UnknownPosition { file, line }
+            | Self::Interleaved { file, line, .. }
+            | Self::Extra { file, line, .. }
+            | Self::Rewritten { file, line } => Location::file(file).line(*line),
+            Self::Binary { file }
+            | Self::NoExtrusion { file }
+            | Self::Volumetric { file }
+            | Self::Spiral { file }
+            | Self::Fuzzy { file }
+            | Self::Filament { file, .. }
+            | Self::Changed { file }
+            | Self::Torn { file } => Location::file(file),
+        }
+    }
 }

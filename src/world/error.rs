@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use crate::link::JournalError;
+use crate::location::Location;
 use crate::slicing::SliceError;
 
 /// Why a file was not read or written.
@@ -88,6 +89,24 @@ pub enum FileError {
         /// What is wrong with it.
         source: JournalError,
     },
+}
+
+impl FileError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        match self {
+            Self::NotText { name } => Location::file(name),
+            Self::Read { path, .. }
+            | Self::Write { path, .. }
+            | Self::NotAFile { path, .. }
+            | Self::TooLarge { path, .. }
+            | Self::NoOutput { path, .. }
+            | Self::NoFolder { path, .. }
+            | Self::Protected { path }
+            | Self::Twice { path, .. }
+            | Self::Journal { path, .. } => Location::path(path),
+        }
+    }
 }
 
 /// Why a slicer was not found.

@@ -9,6 +9,7 @@ mod outputs;
 #[cfg(feature = "tls")]
 mod pinned;
 mod progress;
+mod shown;
 mod slicers;
 mod web;
 
@@ -24,7 +25,8 @@ pub use disk::{Disk, with_suffix};
 pub use error::{FileError, NoSlicer, in_words, remedy};
 pub(crate) use journal::{JournalFile, read as read_journal};
 pub use outputs::{OutputFile, Outputs};
-pub use progress::{Bar, Progress, Silent};
+pub use progress::{Bar, Logging, Progress, Silent};
+pub use shown::shown_line;
 pub use slicers::Installed;
 pub use web::{OwnWeb, key_from_environment};
 

@@ -50,6 +50,18 @@ impl Outputs {
         Ok(())
     }
 
+    /// The right to write `path`, `None` where that is an input or another output: for what is written only where it differs.
+    ///
+    /// # Errors
+    ///
+    /// As [`Outputs::claim`].
+    pub fn claim_unless_taken(&mut self, path: &Path) -> Result<Option<OutputFile>, FileError> {
+        match self.claim(path) {
+            Err(FileError::Twice { .. }) => Ok(None),
+            claimed => Ok(Some(claimed?)),
+        }
+    }
+
     /// The right to write `path`.
     ///
     /// # Errors

@@ -89,6 +89,66 @@ fn a_strangers_first_mistakes_are_answered_in_three_lines() {
     assert_eq!(names(here), before, "something was left behind");
 }
 
+/// What is typed, the place that the document names (file, line, column, word), and the line that is shown with what is under it.
+const PLACES: [(&str, &str, &str); 8] = [
+    ("profile check range.toml", r#"["range.toml", 4, null, "-900"]"#, "4 | min_deg = -900\n  |           ^^^^"),
+    (
+        "profile check bad.toml",
+        r#"["bad.toml", 2, null, "layer_height_mm"]"#,
+        "2 | layer_height_mm = 0.3\n  | ^^^^^^^^^^^^^^^",
+    ),
+    (
+        "profile check type.toml",
+        r#"["type.toml", 3, null, "protocol"]"#,
+        "3 | protocol = 5 # of the link\n  | ^^^^^^^^",
+    ),
+    ("prepare a.stl -m torn.toml", r#"["torn.toml", 2, null, null]"#, "2 | [kinematics.tilt\n  | ^^^^^^^^^^^^^^^^"),
+    ("profile check code.toml", r#"["code.toml", 3, null, "G29"]"#, "5 | G29\n  | ^^^"),
+    // What another file says is not for whoever may name it in a profile.
+    ("profile check extends.toml", r#"["secret.toml", 1, null, null]"#, ""),
+    ("verify made.gcode --plan typo.json", r#"["typo.json", 5, 3, null]"#, "5 |   \"modell\": {\n  |   ^^^^^^^^"),
+    (
+        "rewrite print-00.gcode --plan plan.json -o x.gcode",
+        r#"["print-00.gcode", 2, 8, null]"#,
+        "2 | G1 X10 $Y5\n  |        ^",
+    ),
+];
+
+#[test]
+fn the_place_of_a_mistake_is_in_the_document_and_its_line_is_shown() {
+    let folder = new_folder();
+    let here = folder.path();
+    prepared(here);
+    let lay = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
+    lay("range.toml", "extends = \"generic-ac\"\n\n[kinematics.tilt]\nmin_deg = -900\n");
+    lay("type.toml", "extends = \"generic-ac\"\n[link]\nprotocol = 5 # of the link\n");
+    lay("torn.toml", "extends = \"generic-ac\"\n[kinematics.tilt\nmin_deg = -9\n");
+    lay("code.toml", "extends = \"generic-ac\"\n[dialect]\nstart = \"\"\"\nG28\nG29\n\"\"\"\n");
+    lay("extends.toml", "extends = \"secret.toml\"\n");
+    lay("secret.toml", "password hunter2\n");
+    lay("print-00.gcode", "G1 X1\nG1 X10 $Y5\n");
+    let plan = fs::read_to_string(here.join("plan.json")).unwrap();
+    let typo = plan.replacen("\"model\":", "\"modell\":", 1);
+    assert_ne!(plan, typo);
+    lay("typo.json", &typo);
+    let mut wrong = Vec::new();
+    for (typed, place, shown) in PLACES {
+        let words: Vec<&str> = typed.split(' ').collect();
+        let run = trunnion().current_dir(here).args(&words).output().unwrap();
+        let text = String::from_utf8_lossy(&run.stderr).into_owned();
+        let run = trunnion().current_dir(here).args(&words).arg("--json").output().unwrap();
+        let document: Value = serde_json::from_slice(&run.stdout).unwrap_or_default();
+        let at = &document["place"];
+        let found = serde_json::to_string(&[&at["file"], &at["line"], &at["column"], &at["word"]]).unwrap();
+        let answer: Vec<&str> = text.lines().skip_while(|line| error_in(line).is_none()).collect();
+        let fits = if shown.is_empty() { answer.len() == 1 } else { answer.len() == 3 && text.contains(shown) };
+        if found.replace(',', ", ") != place || !fits || text.contains("hunter2") {
+            wrong.push(format!("{typed}\n{found}\n{text}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 /// -h shows what is used every day on one screen; --help shows every flag, under headings.
 #[test]
 fn help_has_a_short_form_and_a_long_one() {

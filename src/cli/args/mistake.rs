@@ -92,7 +92,7 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
     let meant = meant(error).map(|word| format!("; {word}")).unwrap_or_default();
     let (text, help) = (format!("{ours}{meant}"), help(error));
     if std::env::args_os().any(|word| word == "--json") {
-        let document = failed("command/usage", &text, 2, Some(&help));
+        let document = failed("command/usage", &text, 2, None, Some(&help));
         writeln!(std::io::stdout(), "{}", visible(&document.to_string()))?;
     }
     std::io::stderr().write_all(visible(&format!("error: {text}\nhelp: {help}\n")).as_bytes())

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::input::InputError;
+use crate::location::Location;
 
 /// Why a batch is not begun.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
@@ -25,6 +26,14 @@ impl BatchError {
         match self {
             Self::Input(error) => error.code(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::NoModels { path } => Some(Location::path(path)),
         }
     }
 }

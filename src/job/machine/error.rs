@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::uncalibrated::Uncalibrated;
 use crate::calibrate::TouchError;
 use crate::input::InputError;
+use crate::location::Location;
 use crate::profile::{HeadFault, ImportError};
 
 /// Why a machine is not described, measured or rehearsed.
@@ -77,6 +78,17 @@ impl MachineError {
             Self::Import(error) => error.into(),
             Self::Touches(error) => error.into(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::Import(error) => Some(error.location()),
+            Self::Touches(error) => Some(error.location()),
+            Self::There { path } => Some(Location::path(path)),
+            _ => None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Why no direction is found for a part.
 
 use crate::input::InputError;
+use crate::location::Location;
 use crate::mesh::MeshError;
 
 /// Why no direction is found for a part.
@@ -36,6 +37,15 @@ impl OrientError {
         match self {
             Self::Input(error) => error.code(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::NeedsClosed { source, .. } => Some(source.location()),
+            Self::NoArea { part, .. } => Some(Location::default().part(*part)),
         }
     }
 }

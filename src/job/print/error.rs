@@ -1,6 +1,7 @@
 //! Why a program is not made, or not proved.
 
 use crate::input::{CheckedPlan, InputError};
+use crate::location::Location;
 use crate::slicing::SliceError;
 use crate::spelling::counted;
 use crate::strategy::{self, TriedWay};
@@ -83,6 +84,22 @@ impl PrintError {
             Self::Sliced(error) | Self::Rewrite(RewriteError::Sliced(error)) => error.into(),
             Self::Rewrite(error) => error.into(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::Strategy(error) => error.location(),
+            Self::OtherPlan { file }
+            | Self::NotOurs { file }
+            | Self::MadeByAnother { file, .. }
+            | Self::NoMoves { file }
+            | Self::WhichPrint { file } => Some(Location::file(file)),
+            Self::Sliced(error) => Some(error.location()),
+            Self::Rewrite(error) => error.location(),
+            Self::OffBed(_) | Self::Slice(_) | Self::Rejected(_) => None,
         }
     }
 }

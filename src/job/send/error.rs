@@ -6,6 +6,7 @@ use crate::input::InputError;
 use crate::job::printer::PrinterError;
 use crate::link::serial::PortError;
 use crate::link::{ProgramError, Unfit};
+use crate::location::Location;
 
 /// Why a print was not begun, or ended before its end.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
@@ -100,6 +101,23 @@ impl SendError {
             Self::Program { source, .. } => source.into(),
             Self::Unfit { unfit, .. } => unfit.into(),
             own => own.into(),
+        }
+    }
+
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Option<Location> {
+        match self {
+            Self::Input(error) => error.location(),
+            Self::Program { path, source } => Some(Location { file: Location::path(path).file, ..source.location() }),
+            Self::Unfit { path, .. }
+            | Self::NoJournal { path, .. }
+            | Self::ProgramChanged { path, .. }
+            | Self::Ended { path } => Some(Location::path(path)),
+            Self::SamePort { .. }
+            | Self::NoPrinter(_)
+            | Self::ProfileChanged { .. }
+            | Self::Refused { .. }
+            | Self::Printer(_) => None,
         }
     }
 }

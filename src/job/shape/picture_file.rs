@@ -14,17 +14,18 @@ pub struct PictureFile {
 }
 
 impl PictureFile {
-    /// The right to write `path`; `name` is the setting's.
+    /// The right to write `path`, where a picture is asked for; `name` is the setting's.
     ///
     /// # Errors
     ///
     /// As [`Outputs::claim`], and [`BadSetting::Ending`] for a name that does not end with `.svg`, `.png` or `.pdf`.
-    pub fn claim(name: &'static str, path: &Path, outputs: &mut Outputs) -> Result<Self, InputError> {
+    pub fn claim(name: &'static str, path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<Self>, InputError> {
+        let Some(path) = path else { return Ok(None) };
         let file = outputs.claim(path)?;
         let format = path.extension().and_then(|ending| Format::of_ending(&ending.to_string_lossy()));
         let allowed = Format::ENDINGS;
         let format = format.ok_or_else(|| BadSetting::Ending { name, path: path.to_owned(), allowed })?;
-        Ok(Self { file, format })
+        Ok(Some(Self { file, format }))
     }
 
     /// Writes a picture.

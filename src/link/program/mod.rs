@@ -16,6 +16,7 @@ use super::wire::numbered_len;
 use crate::gcode::marks;
 use crate::gcode::meaning::{Firmware, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
+use crate::location::Location;
 use crate::motion::replay::{Position, Reading};
 use crate::trace::{Interpreter, MotionClock, TraceSetting};
 use refused::refused;
@@ -126,6 +127,19 @@ pub enum ProgramError {
         /// The most.
         allowed: u64,
     },
+}
+
+impl ProgramError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        match self {
+            Self::Damaged { line, .. } | Self::Unfollowed { line, .. } | Self::TooLong { line, .. } => {
+                Location::default().line(*line)
+            }
+            Self::Forbidden { line, command, .. } => Location::default().line(*line).word(command),
+            Self::Empty | Self::TooBig { .. } => Location::default(),
+        }
+    }
 }
 
 /// The largest file that is sent as one job, bytes.

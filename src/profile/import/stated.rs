@@ -1,5 +1,6 @@
 //! What is common to all firmwares: lines of files, numbers with the lines they come from, keys of a profile, and why files are refused.
 
+use crate::location::Location;
 use std::path::{Component, Path, PathBuf};
 
 use toml::Value;
@@ -49,6 +50,18 @@ pub enum ImportError {
         /// What is wrong, and what helps.
         why: String,
     },
+}
+
+impl ImportError {
+    /// Where in what the user gave it is.
+    pub fn location(&self) -> Location {
+        let at = |place: &StatedAt| Location::file(&place.file).line(place.line as u64);
+        match self {
+            Self::At { place, .. } => at(place),
+            Self::Contradiction(lines) => at(&lines.second).word(&lines.other),
+            Self::File { file, .. } => Location::file(file),
+        }
+    }
 }
 
 /// Two lines of which only one can be right.
