@@ -35,7 +35,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`job`] has each step by itself as well, from files or from bytes in hand. Below it lie the rooms that do the work.
+//! [`job`] has each step by itself as well, from files or from bytes in hand. Below it lie the rooms that do the work; each begins with an
+//! example of its own.
+//!
+//! Scripts may rely on the JSON documents, on exit codes and message codes, and on the formats of files. Rust items may change with any
+//! version until 1.0.
 //!
 #![doc = include_str!("ARCHITECTURE.md")]
 

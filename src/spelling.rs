@@ -1,5 +1,16 @@
 //! Words of messages: the known name that somebody may have meant (Levenshtein 1966), for every refusal of an unknown one, numbers of
 //! things, and lists of numbers.
+//!
+//! The known name that is nearest, a number of things, and a list of numbers:
+//!
+//! ```
+//! use trunnion::spelling::{counted, nearest, numbers};
+//!
+//! // One letter is missing.
+//! assert_eq!(nearest("hight", ["height", "width"]), Some((1, "height")));
+//! assert_eq!(counted(3, "touch"), "3 touches");
+//! assert_eq!(numbers("0, 0, 1"), Some([0.0, 0.0, 1.0]));
+//! ```
 
 /// The one of `known` nearest to `wanted` and by how many edits (Levenshtein: letters put in, left out or changed), the first
 /// of those as near; `None` for no names.

@@ -4,6 +4,27 @@
 //! box, a pin has 0.1 mm of room in its hole, an arm ends somewhere inside its trunk. [`fit`] makes of those a model whose parts
 //! share their faces, and says what it changed. What touches already stays as it is, to the bit.
 //!
+//! A lid that was drawn a little above its box is made to meet it:
+//!
+//! ```
+//! use trunnion::assembly::{SNAP_MM, fit};
+//! use trunnion::geom::Bounds;
+//! use trunnion::mesh::{Model, TriangleMesh};
+//!
+//! // A box, and a lid that was drawn 0.1 mm above it (mm, the file's own frame): they share no face.
+//! let cuboid =
+//!     |z: [f64; 2]| TriangleMesh::cuboid(&Bounds { min: [0.0, 0.0, z[0]].into(), max: [10.0, 10.0, z[1]].into() });
+//! let drawn =
+//!     Model::from_parts(vec![("box".to_owned(), cuboid([0.0, 8.0])), ("lid".to_owned(), cuboid([8.1, 10.0]))]);
+//! assert!(drawn.interfaces.is_empty());
+//!
+//! let fitted = fit(&drawn, SNAP_MM)?.ok_or("nothing was changed")?;
+//! let met = Model::from_parts(fitted.parts);
+//! // The lid lies on the whole of the box, 10 x 10 mm.
+//! assert!((met.interfaces[0].area_mm2 - 100.0).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Lengths mm, frame [`Object`]. It must not know machines, poses or files.
 //!
 //! - **Gap** (`gaps.rs`): faces that look at each other across more than the interfaces' gap and at most `snap_mm`, where one of the

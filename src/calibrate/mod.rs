@@ -6,6 +6,32 @@
 //! Profile        --choose--> poses to touch at, as few as the wanted errors allow --visit--> G-code that goes there, cold and slowly
 //! ```
 //!
+//! A tilt axis that is higher than its profile says, found from touches:
+//!
+//! ```
+//! use trunnion::calibrate::{ChainCandidate, Feature, FitOptions, Tip, Touch, TouchShape, Touches, choose, fit};
+//! use trunnion::profile::resolve;
+//!
+//! let (profile, _) = resolve("mine.toml", "extends = \"generic-ac\"")?;
+//! // The machine's real tilt axis is 0.3 mm higher than its profile says (machine frame).
+//! let mut real = profile.clone();
+//! real.kinematics.pivot_mm[2] += 0.3;
+//!
+//! // The places to touch, so that every length is known to 0.05 mm, and where the real machine touches there.
+//! let (tip, shape) = (Tip::default(), TouchShape::Mark { height: 0.0, known: None });
+//! let choice = choose(&real, &tip, 0.05, 40, true);
+//! let features = choice.marks.iter().map(|(name, _)| Feature { name: name.clone(), shape }).collect();
+//! let mut touches = Touches { tip, features, touches: Vec::new(), empty: Vec::new() };
+//! for (i, &ChainCandidate { of, words_deg, tip: at }) in choice.poses.iter().enumerate() {
+//!     touches.touches.push(Touch { number: i + 1, line: i + 1, of, words_deg, at });
+//! }
+//!
+//! let found = fit(&profile, &touches, &FitOptions { square: true, ..FitOptions::default() });
+//! let table = found.map_err(|why| format!("{why:?}"))?.table;
+//! assert!((table.pivot.z - real.kinematics.pivot_mm[2]).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! With the same care a print is rehearsed on the machine itself before anything is hot ([`dry_run`]).
 //!
 //! The model is the chain of [`crate::motion`] with what it leaves out beside it: a tilt axis that is not along its machine axis, a rotation

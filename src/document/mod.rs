@@ -2,6 +2,22 @@
 //!
 //! [`text`] has some of them for people.
 //!
+//! The document of a model:
+//!
+//! ```
+//! use trunnion::{document, mesh};
+//!
+//! let file = std::fs::read("fixtures/two-boxes.stl")?;
+//! let model = mesh::read_model(&file, "two-boxes.stl", &mesh::ReadOptions::default())?;
+//!
+//! // The document that `trunnion inspect --json` prints.
+//! let document = document::inspected(&model);
+//! assert_eq!(document["unit"], "mm");
+//! assert_eq!(document["parts"].as_array().map(Vec::len), Some(2));
+//! assert_eq!(document["parts"][0]["volume_mm3"], model.parts[0].mesh.volume());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Here is decided how a result is written, not what it is: results are `job`'s, and whoever prints or serves one (the
 //! command, a binding) takes its document from here. Keys and their meanings are promised to outside scripts: a key may
 //! be added, none changes its meaning. Units stand in the keys (`_mm`, `_mm2`, `_deg`, `_s`); vectors are lists of three.

@@ -9,6 +9,25 @@
 //! Slot     what a slicer sees: +Z is the build direction, z = 0 the lowest point of the part
 //! Machine  fixed; +Z up; the coordinates of the tool tip
 //! ```
+//!
+//! Two motions one after the other, each from one frame to another:
+//!
+//! ```
+//! use trunnion::geom::{Angle, Dir, Machine, Object, Point, Rigid, Table, Vec3, turned_by};
+//!
+//! // The model stands 5 mm beside the table's centre; the table is tilted until what was +Y points up. Lengths in mm.
+//! let placed: Rigid<Object, Table> = Rigid::shift(Vec3::new(5.0, 0.0, 0.0));
+//! let tilted: Rigid<Table, Machine> = Rigid::new(*turned_by(&Vec3::y()).to_rotation_matrix().matrix(), Vec3::zeros());
+//!
+//! // Frames are types: the other order does not compile.
+//! let whole: Rigid<Object, Machine> = placed.then(&tilted);
+//! let up = whole.dir(Dir::new(Vec3::y()).ok_or("a direction has a length")?);
+//! assert!((up.unit() - Vec3::z()).norm() < 1e-12);
+//! let back: Point<Object> = whole.inverse().point(whole.point(Point::new(1.0, 2.0, 3.0)));
+//! assert!((back.at - Vec3::new(1.0, 2.0, 3.0)).norm() < 1e-12);
+//! assert_eq!(Angle::from_deg(90.0).rad(), std::f64::consts::FRAC_PI_2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod angle;
 mod body;

@@ -18,6 +18,30 @@
 //! Verified       --publish--> PublishResult                              a server has it, the same bytes
 //! ```
 //!
+//! Three of these jobs one after the other; [`prepare`] does them all in one call:
+//!
+//! ```
+//! use trunnion::job::{
+//!     self, PlanRequest, Prints, RewriteRequest, Silent, SliceRequest, SlicingOptions, Source, World,
+//! };
+//! use trunnion::slicing::SlicerChoice;
+//!
+//! let world = World::here(&Silent);
+//! let plan = job::plan(&PlanRequest::new("fixtures/cube.stl", "generic-ac"), &world)?.plan;
+//!
+//! let options = SlicingOptions { slicer: SlicerChoice::BuiltIn, ..SlicingOptions::default() };
+//! let prints = Prints::of(&plan, options.bed);
+//! let sliced = job::slice(&SliceRequest { plan: &plan, prints: &prints, options: &options }, &world)?.sliced;
+//!
+//! let named = prints.names.iter().zip(sliced);
+//! let sliced = named.map(|(name, bytes)| Source::Bytes { name: format!("{name}.gcode"), bytes }).collect();
+//! let done = job::rewrite(&RewriteRequest { plan: &plan, sliced, print: None, bed: options.bed }, &world)?;
+//! // One part is one print, and its program has been replayed without a finding.
+//! assert_eq!(prints.names.len(), 1);
+//! assert!(done.gcode.report().is_some_and(|report| report.is_clean()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! What a job touches beyond its own values (files, slicers, ports, the clock, whoever watches) comes with its [`World`]. Results are values: to write one, claim its file before the work with [`Outputs`]. There is no
 //! JSON here, no flags and no terminal: those are the command's.
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.

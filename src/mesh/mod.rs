@@ -9,6 +9,28 @@
 //! bytes -> read -> Soup (facets in file order) -> weld -> runs -> shells (paired edges) -> repair
 //!       -> parts (outer shell + cavities) -> mm -> interfaces, table contact -> Model
 //! ```
+//!
+//! An STL file of two cubes becomes a model of two parts that share a face:
+//!
+//! ```
+//! use trunnion::geom::{Bounds, Vec3};
+//! use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary_parts};
+//!
+//! // Two cubes of 10 mm, one on the other, as one STL file (mm, the file's own frame).
+//! let cube = |z: f64| {
+//!     TriangleMesh::<()>::cuboid(&Bounds { min: Vec3::new(0.0, 0.0, z), max: Vec3::new(10.0, 10.0, z + 10.0) })
+//! };
+//! let file = stl_binary_parts(&[&cube(0.0), &cube(10.0)]);
+//!
+//! let model = read_model(&file, "two-cubes.stl", &ReadOptions::default())?;
+//! assert_eq!(model.parts.len(), 2);
+//! assert!((model.parts[0].mesh.volume() - 1000.0).abs() < 1e-6);
+//! assert_eq!(model.on_table, [0]);
+//! // They share one face, whose normal points up.
+//! assert_eq!(model.interfaces.len(), 1);
+//! assert!((model.interfaces[0].area_mm2 - 100.0).abs() < 1e-6 && model.interfaces[0].normal.z > 0.999);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod apart;
 mod box_tree;

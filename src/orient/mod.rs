@@ -5,6 +5,27 @@
 //! the minima, the facets' normals and the directions at right angles to two of them, where such functions have their
 //! kinks.
 //!
+//! The direction along which a brick is lowest:
+//!
+//! ```
+//! use trunnion::geom::{Bounds, Vec3};
+//! use trunnion::mesh::TriangleMesh;
+//! use trunnion::orient::{Facets, ObjectiveSettings, method, minima, objective};
+//!
+//! // A brick of 10 x 20 x 30 mm, in the frame of its mesh.
+//! let brick: TriangleMesh = TriangleMesh::cuboid(&Bounds { min: Vec3::zeros(), max: Vec3::new(10.0, 20.0, 30.0) });
+//! let facets = Facets::of(&brick);
+//!
+//! let height = objective("height", &ObjectiveSettings::default())?;
+//! let search = method("certified", height.as_ref(), None, 1).ok_or("no such search")?;
+//! let found = minima(&facets, height.as_ref(), search.as_ref(), None);
+//! // It is lowest lying on its largest side: X points up or down, and it is 10 mm high. No direction is better, proved.
+//! let best = &found.minima[0];
+//! assert!((best.value - 10.0).abs() < 1e-3 && best.up.x.abs() > 0.9999);
+//! assert!(found.lower_bound.is_some_and(|bound| best.value - bound < 0.1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # What of the seeds' numbers cannot be reproduced, and why
 //!
 //! - Seed 000, table 4.2.1: three of the printed minima are in another frame than the file's, (-x, z, y) for one part, (x,

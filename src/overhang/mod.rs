@@ -13,6 +13,30 @@
 //! what a slicer lays nothing of, though something wider follows keels.rs     for whoever holds it
 //! ```
 //!
+//! A plate on a stem, and what of it is printed in mid-air:
+//!
+//! ```
+//! use trunnion::geom::{Bounds, Vec3};
+//! use trunnion::mesh::TriangleMesh;
+//! use trunnion::overhang::{BRIDGE_MM, Cause, Ground, OverhangRule, TOLERATE_MM2, unsupported};
+//!
+//! let cuboid =
+//!     |min: [f64; 3], max: [f64; 3]| TriangleMesh::<()>::cuboid(&Bounds { min: min.into(), max: max.into() });
+//! // A plate of 20 x 20 mm on a stem of 4 x 4 mm, printed along its own +Z.
+//! let stem = cuboid([8.0, 8.0, 0.0], [12.0, 12.0, 10.0]);
+//! let mushroom = TriangleMesh::joined([&stem, &cuboid([0.0, 0.0, 10.0], [20.0, 20.0, 12.0])]);
+//!
+//! let (layer_mm, line_mm, bridge_mm, tolerate_mm2) = (0.2, 0.45, BRIDGE_MM, TOLERATE_MM2);
+//! let overhang = OverhangRule::practised(layer_mm, line_mm);
+//! let rule = OverhangRule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2, droops: true };
+//! let table = Ground { table: true, ..Ground::default() };
+//! let stands = |facet: usize| mushroom.corners(facet).iter().all(|corner| corner.z == 0.0);
+//! let hangs = unsupported(&mushroom, &Vec3::z(), &table, stands, &rule, false);
+//! // The plate's underside is a ceiling that the stem supports in its middle only. Within a line of the stem it is fine.
+//! assert!(hangs.len() == 1 && matches!(hangs[0].cause, Cause::Ceiling { .. }));
+//! assert!((hangs[0].area_mm2 - (20.0 * 20.0 - 4.0 * 4.0)).abs() < 4.0 * (4.0 + line_mm) * line_mm);
+//! ```
+//!
 //! `h` is the layer height, `w` the width of a line. A line's middle lies half a width inside the outline, so that most of a line
 //! that goes out by no more than 0.8 w still rests on the one below: that is fine without end. What goes out farther is printed
 //! everywhere, for a few layers in a row, and droops.

@@ -5,6 +5,25 @@
 //! Solid.., Room       --pack_models--> Packed{put, runs, bound, ended}                  models, mm
 //! ```
 //!
+//! Five boxes in the fewest runs:
+//!
+//! ```
+//! use trunnion::pack::{Ended, Instance, Item, Method, PackGoal, Turns, Watch, check, pack};
+//!
+//! // Five cubes of 50 mm, and runs that have room for four of them side by side; whole units, here mm.
+//! let cube = Item { size: [50, 50, 50], value: 1.0 };
+//! let boxes = Instance { space: [110, 110, 60], gap: 10, turns: Turns::None, items: vec![cube; 5] };
+//!
+//! // A million steps at most; nothing ends the search before.
+//! let mut go_on = |_share: f64| None;
+//! let packing = pack(&boxes, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(1_000_000, &mut go_on))?;
+//! assert_eq!(packing.runs, 2);
+//! // No packing has fewer: four to a run, and there are five.
+//! assert_eq!((packing.bound, packing.ended), (2.0, Ended::Proved));
+//! check(&boxes, &packing.placed, true)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Every answer says what no packing can beat, and why the search ended; [`check`] (boxes) and
 //! [`apart`] (models) tell from the definitions alone whether a packing is one. The same seed and number of steps give the same packing on every machine; a clock only ends a search early.
 

@@ -4,6 +4,28 @@
 //! Model + Profile -> candidates per part -> blocked / support tables -> Algorithms 2 and 3 -> Plan
 //! ```
 //!
+//! A plan with the fewest slots for a model of two parts:
+//!
+//! ```
+//! use trunnion::mesh::{ReadOptions, read_model};
+//! use trunnion::orient::{Multistart, ObjectiveSettings, Staircase};
+//! use trunnion::planning::{Goal, Options, Workpiece, centred, orientations, plan};
+//! use trunnion::profile::resolve;
+//!
+//! let (profile, _) = resolve("mine.toml", "extends = \"generic-ac\"")?;
+//! let model = read_model(&std::fs::read("fixtures/two-boxes.stl")?, "two-boxes.stl", &ReadOptions::default())?;
+//! let workpiece = Workpiece::place(&model, &centred(&model, &profile)?);
+//!
+//! let goal = Goal::parse("slots", &ObjectiveSettings::default())?;
+//! let (objective, search) = (Staircase { layer_mm: 0.2 }, Multistart::default());
+//! let options = Options::new(&goal, &objective, &search);
+//! let plans = plan(&workpiece, &profile, &orientations(&workpiece, &options), &options)?;
+//! // The box that stands on the table comes first. The other lies against its side at +X, and is printed with the table tilted to 90 degrees.
+//! let parts = plans[0].slots.iter().map(|slot| (slot.prints[0].part, slot.prints[0].tilt_deg));
+//! assert_eq!(parts.collect::<Vec<_>>(), [(0, 0.0), (1, 90.0)]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
 //! This room must not know slicers or toolpaths.
 

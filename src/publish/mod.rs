@@ -4,6 +4,26 @@
 //! Delivery{ file, where to } + &dyn Web --deliver--> Delivered     every request and every answer; nothing here opens a socket
 //! ```
 //!
+//! Addresses and names are checked before anything is sent:
+//!
+//! ```
+//! use trunnion::gcode::meaning::Firmware;
+//! use trunnion::publish::{BadInput, Kind, ServerAddress, file_name};
+//!
+//! let address = ServerAddress::parse("moonraker:http://printer.local:7125/")?;
+//! assert_eq!((address.kind, address.url()), (Kind::Moonraker, "http://printer.local:7125"));
+//!
+//! // Moonraker drives Klipper alone, so that a program for Marlin is refused before anything is sent.
+//! assert!(address.kind.takes(Firmware::Klipper, "fractal-5-pro").is_ok());
+//! assert!(matches!(address.kind.takes(Firmware::Marlin, "generic-ac"), Err(BadInput::Firmware { .. })));
+//!
+//! // A login in an address would come into logs; a name with a folder in it would be another file there.
+//! assert_eq!(ServerAddress::parse("duet:http://me:word@printer.local"), Err(BadInput::Secret));
+//! assert_eq!(file_name("bracket.gcode")?, "bracket.gcode");
+//! assert!(file_name("../bracket.gcode").is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! A server is asked who it is, what it has under the file's name and how much room it has; the file goes there once, is compared
 //! with what arrived, and is started only where that was asked for and the server says that its printer stands idle. What was lost
 //! on the way is looked for before it is sent again, so that there is never a second copy, and what arrived in part is taken away.

@@ -4,6 +4,25 @@
 //! mesh (build direction +z) --Sections::of--> facets by height --at(z)--> Section --signed_distance(p)--> mm, inside negative
 //! ```
 //!
+//! A brick's section, and distances from its outline:
+//!
+//! ```
+//! use trunnion::geom::{Bounds, Vec3};
+//! use trunnion::mesh::TriangleMesh;
+//! use trunnion::section::Sections;
+//!
+//! // A brick of 10 x 20 x 30 mm, cut 15 mm above its foot.
+//! let brick: TriangleMesh = TriangleMesh::cuboid(&Bounds { min: Vec3::zeros(), max: Vec3::new(10.0, 20.0, 30.0) });
+//! let cut = Sections::of(&brick).at(15.0);
+//! assert!((cut.area() - 10.0 * 20.0).abs() < 1e-9);
+//! assert!((cut.perimeter() - 60.0).abs() < 1e-9);
+//!
+//! // Points 1 mm to either side of the wall at x = 10; inside is negative. Beyond 2 mm the answer is 2 or -2.
+//! assert!((cut.signed_distance([9.0, 10.0]) + 1.0).abs() < 1e-9);
+//! assert!((cut.signed_distance([11.0, 10.0]) - 1.0).abs() < 1e-9);
+//! assert_eq!(cut.signed_distance([5.0, 10.0]), -2.0);
+//! ```
+//!
 //! Every slicer lays its outer walls half a line inside the outline of the layer's middle, so this is the surface that sliced
 //! lines are compared with: exact at any overhang, where the distance in space is not.
 //!

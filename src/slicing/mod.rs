@@ -3,6 +3,28 @@
 //! A part is handed over in its [`Slot`] frame: +Z is the build direction, its lowest point at
 //! z = 0, centred in XY on the slicer's bed. What comes back is ordinary 3-axis G-code in those coordinates.
 //!
+//! A cube, sliced by the built-in slicer:
+//!
+//! ```
+//! use trunnion::geom::{Bounds, Slot, Vec3};
+//! use trunnion::mesh::TriangleMesh;
+//! use trunnion::profile::resolve;
+//! use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
+//!
+//! // A cube of 10 mm in the middle of a bed of 100 x 100 mm, its lowest point at z = 0 (slot frame).
+//! let (min, max) = (Vec3::new(45.0, 45.0, 0.0), Vec3::new(55.0, 55.0, 10.0));
+//! let cube: TriangleMesh<Slot> = TriangleMesh::cuboid(&Bounds { min, max });
+//! let settings = resolve("mine.toml", "extends = \"generic-ac\"\n[process]\nlayer_height_mm = 0.2\n")?.0.process;
+//! let job =
+//!     SliceJob { name: "cube".to_owned(), on_table: true, bed_mm: [100.0, 100.0], adhesion: Adhesion::default() };
+//!
+//! let sliced = BuiltIn.slice(&cube, &settings, &job)?;
+//! let layers = String::from_utf8(sliced.gcode)?.lines().filter(|line| *line == ";LAYER_CHANGE").count();
+//! assert_eq!(layers, 50);
+//! assert!(sliced.flaws.is_empty());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! This room must not know machines, poses or plans; only `process.rs` may start programs.
 
 pub mod builtin;

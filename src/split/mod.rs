@@ -5,6 +5,30 @@
 //! print order: R_m along +z, then K_m .. K_1, each along its d_k, standing on its cap, which lies wholly on R_k
 //! ```
 //!
+//! A post with an arm, cut in two:
+//!
+//! ```
+//! use trunnion::assembly::join;
+//! use trunnion::geom::Bounds;
+//! use trunnion::mesh::{Model, TriangleMesh};
+//! use trunnion::split::{CutOptions, NoHead, split};
+//!
+//! let cuboid = |min: [f64; 3], max: [f64; 3]| TriangleMesh::cuboid(&Bounds { min: min.into(), max: max.into() });
+//! // A post of 30 mm with an arm of 40 mm at its top, one solid (mm, the file's own frame, +z up).
+//! let post = ("post".to_owned(), cuboid([0.0, 0.0, 0.0], [10.0, 10.0, 30.0]));
+//! let arm = ("arm".to_owned(), cuboid([10.0, 0.0, 20.0], [50.0, 10.0, 30.0]));
+//! let solid = join(&Model::from_parts(vec![post, arm]))?.ok_or("they touch")?.parts.remove(0).1;
+//!
+//! // A table that tilts to 90 degrees, under a head that is nowhere in the way.
+//! let machine = NoHead { most_tilt: 90_f64.to_radians() };
+//! let cut = split(&solid, &machine, &CutOptions::default(), &mut |_depth| true);
+//! // The arm comes off by one cut and is printed along +x.
+//! assert!(cut.printable && cut.cuts.len() == 1);
+//! assert!(cut.parts[1].up.x > 0.999);
+//! assert!((cut.seam_mm2() - 100.0).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Minimised, one after the other: places that begin in the air and flat downward ridges; the area that needs support; setups;
 //! cuts; seams. The search is a beam over planes (`search.rs`) whose scores come from sweeps (`sweep.rs`), after C. Wu, C. Dai,
 //! G. Fang, Y.-J. Liu, C. C. L. Wang, *General support-effective decomposition for multi-directional 3-D printing* (2020), with

@@ -8,6 +8,24 @@
 //! all of them --costs, price, tries-->  the one that costs the least; Refused: why the others do not work
 //! ```
 //!
+//! A hook that has no plan as it was drawn, and one on supports:
+//!
+//! ```
+//! use trunnion::strategy::{PlanRequest, StrategyError, Supporting, Way, plan};
+//! use trunnion::world::{Silent, World};
+//!
+//! let world = World::here(&Silent);
+//! let mut request = PlanRequest::new("fixtures/hook.stl", "generic-ac");
+//!
+//! // The hook overhangs, so that there is no plan for it as it was drawn.
+//! assert!(matches!(plan(&request, &world), Err(StrategyError::NoPlan(_))));
+//! // On supports there is one.
+//! request.supporting = Supporting::Auto;
+//! let done = plan(&request, &world)?;
+//! assert!(done.ways.first().is_some_and(|way| way.chosen && way.way == Way::Supports));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! The model itself is never changed: what is turned, joined or cut is a model of its own. Lengths mm, angles degrees, minutes. This room
 //! must not know flags, documents, or what a slicer makes of a plan.
 

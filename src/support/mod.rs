@@ -10,6 +10,31 @@
 //! Planned --build--> Built{mesh, volume}                         closed solids along the arcs with flow
 //! ```
 //!
+//! Supports below a plate:
+//!
+//! ```
+//! use trunnion::geom::{Angle, Bounds, Slot, Vec3};
+//! use trunnion::mesh::TriangleMesh;
+//! use trunnion::support::{Build, Ceiling, FlowMethod, Graph, Grid, Structure, build, cover, plan};
+//!
+//! // A plate of 20 x 10 mm whose underside is 5 mm above the ground (slot frame).
+//! let plate: TriangleMesh<Slot> =
+//!     TriangleMesh::cuboid(&Bounds { min: Vec3::new(5.0, 5.0, 5.0), max: Vec3::new(25.0, 15.0, 7.0) });
+//! let (grid, overhang) = (Grid::over(Vec3::zeros(), [30.0, 20.0, 8.0], 1.0), Angle::from_deg(45.0));
+//!
+//! let graph = Graph::of(grid, &[&plate], overhang);
+//! let planned = plan(&graph, FlowMethod::Auto, (8, None), 1, &mut |_hundredths| ());
+//! let held = cover(&graph, &planned.flow, &[&plate], overhang);
+//! // The whole underside is supported, 20 x 10 mm.
+//! assert_eq!((held.share(), graph.unreachable.len()), (1.0, 0));
+//! assert!((held.area_mm2 - 200.0).abs() < 1e-6);
+//!
+//! let how = Build { structure: Structure::X, wall_mm: 0.45, gap_mm: 0.2, roof: None };
+//! let built = build(&graph, &planned.flow, &Ceiling::of(&graph, &[&plate]), &how);
+//! // The supports end 0.2 mm below it.
+//! assert!((built.mesh.bounds().max.z - 4.8).abs() < 1e-6);
+//! ```
+//!
 //! Four methods ([`FlowMethod`]): [`push_relabel`] is the fastest, [`min_cost`] the cheapest by straight and oblique arcs, proved;
 //! [`shortest_paths`] lets columns join, [`least_material`] is the one to use: it takes the least material of all, with no arc above
 //! its limit. Nothing that can be held stays bare: where the limits would leave it so they are raised, one arc by one, and the

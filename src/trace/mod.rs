@@ -5,6 +5,25 @@
 //! line  --Interpreter::take--> Action { a move with its time, or an effect }     what read() does line by line
 //! ```
 //!
+//! A program of four lines, and what its last move does:
+//!
+//! ```
+//! use trunnion::profile::resolve;
+//! use trunnion::trace::read;
+//!
+//! let (profile, _) = resolve("mine.toml", "extends = \"generic-ac\"")?;
+//! // The table tilts to 90 degrees; then 30 mm of travel along Z, and 40 mm with filament along X (machine frame).
+//! let program = b"G1 A90 C0 F1200\nG1 X0 Y0 Z10 F6000\nG92 E0\nG1 Z40\nG1 X40 E2.5 F1200\n";
+//! let trace = read(program, &profile.trace_setting());
+//!
+//! let last = trace.moves().last().ok_or("no move")?;
+//! assert_eq!((last.line, last.prints()), (5, true));
+//! let [from, to] = last.ends().ok_or("an unknown place")?;
+//! assert_eq!((to - from).norm(), 40.0);
+//! assert_eq!(trace.state(&last).pose().map(|pose| pose.tilt.deg().round()), Some(90.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Moves are straight lines of the tip (arcs are taken along their chords), each with the line it stands on, the filament it
 //! takes, what the slicer says of it, its time, and the [`State`] in which it ends: pose, print, heat. Everything else of the file
 //! is an [`Event`] between two moves. Nothing is judged here, and nothing is left out.

@@ -9,6 +9,28 @@
 //!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow; fill: by layer, with the part's sections)
 //! ```
 //!
+//! A program without findings, and the same program cut short:
+//!
+//! ```
+//! use trunnion::job::{PrepareRequest, Silent, World, prepare};
+//! use trunnion::slicing::SlicerChoice;
+//! use trunnion::verify::{ReplayJob, Rule, verify};
+//!
+//! let mut request = PrepareRequest::new("fixtures/cube.stl", "generic-ac");
+//! request.slicing.slicer = SlicerChoice::BuiltIn;
+//! let done = prepare(&request, &World::here(&Silent))?;
+//! let (checked, program) = (&done.planned.plan, done.gcode.program());
+//!
+//! let job = ReplayJob { profile: &checked.machine.profile, plan: &checked.plan, workpiece: &checked.workpiece() };
+//! assert!(verify(program, &job).is_clean());
+//!
+//! // The same program without its last layers: the part is not whole.
+//! let half = &program[..program.len() / 2];
+//! let report = verify(half, &job);
+//! assert!(report.counts.contains_key(&Rule::Complete));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and
 //! material is what the replay lays down, not the meshes. Heights and distances are conservative bounds, so that "free"
 //! is proved; where the bound does not suffice the answer is a finding.

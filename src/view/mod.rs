@@ -5,6 +5,25 @@
 //! Scene --packed--> one compressed block --page(document, block)--> HTML
 //! ```
 //!
+//! A drawing of a line in space, as SVG:
+//!
+//! ```
+//! use trunnion::geom::Vec3;
+//! use trunnion::view::{Anchor, Drawing, Eye, Format, INK};
+//!
+//! // Seen from the front, X points to the right on paper and Z up, where the paper's own y points down.
+//! let eye = Eye::at(0.0, 0.0);
+//! let [right, down, _] = eye.seen(&Vec3::new(30.0, 5.0, 20.0));
+//! assert_eq!((right, down), (30.0, -20.0));
+//!
+//! let mut drawing = Drawing::new([100.0, 50.0], "one line");
+//! drawing.line(vec![[10.0, 40.0], [10.0 + right, 40.0 + down]], 1.0, INK);
+//! drawing.text([50.0, 48.0], 8.0, Anchor::Middle, "from the front");
+//! let svg = String::from_utf8(drawing.bytes(Format::Svg))?;
+//! assert!(svg.starts_with("<svg") && svg.contains("from the front"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! The page (`page/`, plain JavaScript on WebGL 2) moves nothing by itself: positions are the trace's, in whole micrometres; the
 //! motion of each pose is `motion`'s; only while the table turns does it use the chain's own constants. Looked at before it was written:
 //! three.js (1.3 MB, and third-party code in this repository), and renderers that come as crates (wgpu, bevy: a web assembly toolchain,

@@ -1,4 +1,32 @@
 //! What a job touches beyond its own values, as traits, and the real thing: this computer. It must not know models, plans or jobs.
+//!
+//! A job that reads its model from memory:
+//!
+//! ```
+//! use std::path::Path;
+//! use trunnion::input::load_model;
+//! use trunnion::world::{Disk, FileError, Files, Silent, World};
+//!
+//! /// A folder with one model in it, all in memory.
+//! struct Memory(Vec<u8>);
+//!
+//! impl Files for Memory {
+//!     fn size(&self, _: &Path) -> Result<u64, FileError> {
+//!         Ok(self.0.len() as u64)
+//!     }
+//!     fn read(&self, _: &Path) -> Result<Vec<u8>, FileError> {
+//!         Ok(self.0.clone())
+//!     }
+//!     fn exists(&self, path: &Path) -> bool {
+//!         path == Path::new("cube.stl")
+//!     }
+//! }
+//!
+//! let memory = Memory(Disk.read(Path::new("fixtures/cube.stl"))?);
+//! let world = World { files: &memory, ..World::here(&Silent) };
+//! assert_eq!(load_model(&"cube.stl".into(), &world)?.model.parts.len(), 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod disk;
 mod error;
