@@ -380,6 +380,80 @@ fn a_public_type_has_a_name_of_its_own() {
     assert_eq!(made_up("pub(crate) struct Nut;\npub struct Bolt;\n// pub struct Nut;\n"), BTreeSet::new());
 }
 
+/// The rooms that a user of the library sees: the public modules of `src/lib.rs` that its documentation does not hide.
+fn shown(lib: &str) -> Vec<String> {
+    let (mut rooms, mut hidden) = (Vec::new(), false);
+    for line in masked(lib).lines().map(str::trim) {
+        if line.starts_with("#[") {
+            hidden |= line.starts_with("#[doc(hidden)]");
+            continue;
+        }
+        let name = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';'));
+        rooms.extend(name.filter(|_| !hidden).map(str::to_owned));
+        hidden &= line.is_empty();
+    }
+    rooms
+}
+
+/// Whether the `//!` header of `text` has a code block that rustdoc runs, with an assertion in it.
+fn has_example(text: &str) -> bool {
+    let runs = |words: &str| {
+        let mut words = words.split([',', ' ']).filter(|word| !word.is_empty());
+        words.all(|word| ["rust", "should_panic", "standalone_crate"].contains(&word) || word.starts_with("edition"))
+    };
+    let mut block = None;
+    text.lines().map_while(|line| line.strip_prefix("//!")).map(str::trim).any(|line| {
+        match line.strip_prefix("```") {
+            Some(words) => block = if block.is_none() { Some(runs(words)) } else { None },
+            None => return block == Some(true) && line.contains("assert"),
+        }
+        false
+    })
+}
+
+/// Rooms that a user sees whose header shows nothing that runs.
+fn without_example(sources: &[Source]) -> Vec<String> {
+    let lib = sources.iter().find(|(path, _)| path == "src/lib.rs").map(|(_, text)| shown(text));
+    let bare = |room: String| {
+        let paths = [format!("src/{room}/mod.rs"), format!("src/{room}.rs")];
+        let source = sources.iter().find(|(path, _)| paths.contains(path));
+        let why = "no example in its //! header that runs and asserts something";
+        (!source.is_some_and(|(_, text)| has_example(text))).then(|| format!("{room}: {why}"))
+    };
+    lib.into_iter().flatten().filter_map(bare).collect()
+}
+
+#[test]
+fn every_public_room_begins_with_an_example_that_runs() {
+    let sources = files(&root().join("src"), &[".rs"]);
+    let lib = sources.iter().find(|(path, _)| path == "src/lib.rs").expect("a library");
+    assert!(shown(&lib.1).len() > 20, "{:?}", shown(&lib.1));
+    none(&without_example(&sources));
+}
+
+#[test]
+fn a_room_without_an_example_is_found() {
+    let found = |header: &str| {
+        let lib =
+            "//! ```\n//! assert!(true);\n//! ```\n#[doc(hidden)]\npub mod cli;\npub mod nut;\npub(crate) mod bolt;\n";
+        let house = [("src/lib.rs", lib), ("src/nut/mod.rs", header), ("src/cli/mod.rs", ""), ("src/bolt.rs", "")];
+        without_example(&house.map(|(path, text)| (path.to_owned(), text.to_owned())))
+    };
+    let bare = ["nut: no example in its //! header that runs and asserts something"];
+    assert_eq!(found("//! Nuts.\n"), bare);
+    // A diagram is none, nor what is not run, nor what asserts nothing, nor the example of an item.
+    assert_eq!(found("//! ```text\n//! nut --assert--> bolt\n//! ```\n//! assert\n"), bare);
+    for words in ["ignore", "no_run", "rust,no_run", "compile_fail", "toml"] {
+        assert_eq!(found(&format!("//! ```{words}\n//! assert!(true);\n//! ```\n")), bare, "{words}");
+    }
+    assert_eq!(found("//! ```\n//! println!();\n//! ```\n"), bare);
+    assert_eq!(found("//! Nuts.\n\n/// ```\n/// assert!(true);\n/// ```\npub fn nut() {}\n"), bare);
+    for words in ["", "rust", "rust, edition2024"] {
+        let header = format!("//! ```text\n//! diagram\n//! ```\n//!\n//! ```{words}\n//! assert!(true);\n//! ```\n");
+        none(&found(&header));
+    }
+}
+
 /// The command is arguments and text: what it does, and how a result is written as a document, others need too.
 ///
 /// The flags themselves (`cli/args`) are a list that grows with what can be asked, and do nothing.
