@@ -1,4 +1,18 @@
 //! Where in what the user gave something is wrong, the same for every room: a file, a line of it, and what in that line.
+//!
+//! The place of a value that no machine can have, and its line:
+//!
+//! ```
+//! use trunnion::location::Location;
+//! use trunnion::profile::resolve;
+//!
+//! let own = "extends = \"generic-ac\"\n[kinematics.tilt]\nmin_deg = -900\n";
+//! let refused = resolve("mine.toml", own).err().and_then(|error| error.location());
+//! let place = refused.ok_or("nothing is wrong")?;
+//! assert_eq!(place, Location::file("mine.toml").line(3_u64).word("-900"));
+//! assert_eq!(place.excerpt(own).ok_or("no such line")?, "3 | min_deg = -900\n  |           ^^^^");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use std::path::Path;
 
@@ -62,14 +76,6 @@ impl Location {
 
     /// The line of `text`, the file's, with what is at fault underlined; two lines. `None` where the line is not known, or is not there.
     /// Of a value of many lines the line is its first: then the one behind it that has the word is shown.
-    ///
-    /// ```
-    /// use trunnion::location::Location;
-    ///
-    /// let location = Location::file("mine.toml").line(2_u64).word("-900");
-    /// let text = "[kinematics.tilt]\nmin_deg = -900\n";
-    /// assert_eq!(location.excerpt(text).unwrap(), "2 | min_deg = -900\n  |           ^^^^");
-    /// ```
     pub fn excerpt(&self, text: &str) -> Option<String> {
         let stated = usize::try_from(self.line?).ok()?;
         let mut lines = text.lines().enumerate().skip(stated.checked_sub(1)?);

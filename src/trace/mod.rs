@@ -5,7 +5,7 @@
 //! line  --Interpreter::take--> Action { a move with its time, or an effect }     what read() does line by line
 //! ```
 //!
-//! A program of four lines, and what its last move does:
+//! A program of five lines, and what its last move does:
 //!
 //! ```
 //! use trunnion::profile::resolve;
