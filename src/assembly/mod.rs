@@ -41,6 +41,7 @@
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
 
 mod away;
+mod canonical;
 mod gaps;
 mod solid;
 mod standing;

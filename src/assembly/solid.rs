@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use boolmesh::prelude::{Manifold, OpType, compute_boolean};
 
+use super::canonical::canonical;
 use crate::geom::{Object, Sets, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -148,7 +149,8 @@ fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
     };
     let vertices = done.ps.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
     let facets = done.hs.chunks(3).map(|h| [h[0].tail, h[1].tail, h[2].tail].map(|v| v as u32)).collect();
-    Ok(Mesh::new(vertices, facets))
+    // In every run the same, whatever its hash maps are seeded with.
+    Ok(canonical(&Mesh::new(vertices, facets)))
 }
 
 fn manifold(mesh: &Mesh) -> Result<Manifold, String> {

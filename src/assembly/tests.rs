@@ -313,3 +313,23 @@ fn random_overlaps_conserve_what_both_fill_together() {
     }
     assert!(cut > 40, "{cut}");
 }
+
+/// The booleans' hash maps have another seed each time, in one run too.
+#[test]
+fn the_same_parts_make_the_same_triangles() {
+    let bits = |mesh: &Mesh| {
+        (mesh.vertices().iter().map(|v| [v.x, v.y, v.z].map(f64::to_bits)).collect::<Vec<_>>(), mesh.facets().to_vec())
+    };
+    let caged = Model::from_parts(crate::fixtures::caged().parts);
+    let post = model(vec![block([0.0; 3], [20.0, 20.0, 10.0]), round(0.0, 4.0, [5.0, 30.0], 24, 0.3)]);
+    for what in [&caged, &post] {
+        let once = || {
+            let joined = join(what).unwrap().expect("they touch");
+            let fitted = fit(what, 0.2).unwrap();
+            let parts = joined.parts.iter().chain(fitted.iter().flat_map(|fitted| &fitted.parts));
+            parts.map(|(_, mesh)| bits(mesh)).collect::<Vec<_>>()
+        };
+        let first = once();
+        assert!((0..20).all(|_| once() == first));
+    }
+}

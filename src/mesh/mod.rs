@@ -34,7 +34,9 @@
 
 mod apart;
 mod box_tree;
+mod cap;
 mod containing;
+mod edges;
 mod error;
 mod fans;
 mod interface;
@@ -56,7 +58,9 @@ mod write;
 
 pub use apart::may_overlap;
 pub use box_tree::BoxTree;
+pub(crate) use cap::{CapPatch, NoCap, THIN_MM, patches};
 pub use containing::{Containing, containing};
+pub(crate) use edges::EdgeMap;
 pub use error::{Fault, FilePlace, MAX_COORDINATE, MeshError};
 pub use fans::{Fanned, fanned};
 pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};

@@ -62,7 +62,6 @@ pub use keels::{Keels, laid_of};
 pub use layers::{LayerJudge, judged, unsupported};
 pub use patch::{Cause, Droop, HangingBox, Judged, Patch};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
-pub(crate) use slivers::THIN_MM;
 pub use step::{FINE_BRIDGE_MM, SMALL_LEDGE_MM, SMALL_MM2};
 
 use crate::geom::Angle;

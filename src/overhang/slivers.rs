@@ -18,9 +18,7 @@
 //! Lengths mm.
 
 use crate::geom::Vec3;
-
-/// Facets less high than this have no normal that means anything, mm.
-pub(crate) const THIN_MM: f64 = 1e-3;
+use crate::mesh::THIN_MM;
 
 /// A surface's facets as given, and who is about a vertex.
 pub(super) struct Given<'a> {

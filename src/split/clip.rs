@@ -7,11 +7,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::cap::{CapPatch, NoCap, patches};
-use super::edges::EdgeMap;
 use super::surface::{Plane, Surface};
 use crate::geom::{Sets, Vec3};
-use crate::overhang::THIN_MM;
+use crate::mesh::{CapPatch, EdgeMap, NoCap, THIN_MM, patches};
 
 /// Nearer vertices lie in the plane, mm: above the last digit of an `f32` file, far below a layer.
 pub(super) const ON_PLANE_MM: f64 = 1e-4;

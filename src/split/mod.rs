@@ -38,9 +38,7 @@
 //! lowest z. This room must not know slicers or toolpaths.
 
 mod candidates;
-mod cap;
 mod clip;
-mod edges;
 mod machine;
 mod measure;
 mod pedestal;

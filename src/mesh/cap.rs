@@ -10,22 +10,24 @@ use earcut::Earcut;
 
 use super::edges::EdgeMap;
 use crate::geom::Vec3;
-use crate::overhang::THIN_MM;
+
+/// Facets less high than this have no normal that means anything, mm.
+pub(crate) const THIN_MM: f64 = 1e-3;
 
 /// A connected piece of a cap.
 #[derive(Clone, Debug)]
-pub(super) struct CapPatch {
+pub(crate) struct CapPatch {
     /// Corners, counter-clockwise seen from the side that the cap faces.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// mm².
-    pub(super) area_mm2: f64,
+    pub(crate) area_mm2: f64,
     /// One vertex of each loop around it.
-    pub(super) of_loops: Vec<u32>,
+    pub(crate) of_loops: Vec<u32>,
 }
 
 /// The loops cannot be capped: they touch themselves, or have no area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NoCap;
+pub(crate) struct NoCap;
 
 type Flat = [f64; 2];
 
@@ -37,7 +39,7 @@ struct Loop {
 }
 
 /// The patches that close the directed `edges` of a cap facing `facing`: each edge is run along by one triangle, in its sense.
-pub(super) fn patches(vertices: &[Vec3], edges: &[[u32; 2]], facing: &Vec3) -> Result<Vec<CapPatch>, NoCap> {
+pub(crate) fn patches(vertices: &[Vec3], edges: &[[u32; 2]], facing: &Vec3) -> Result<Vec<CapPatch>, NoCap> {
     let [u, v] = axes(facing);
     let flat = |i: u32| [vertices[i as usize].dot(&u), vertices[i as usize].dot(&v)];
     let loops = loops(edges, &flat)?;
@@ -52,7 +54,7 @@ pub(super) fn patches(vertices: &[Vec3], edges: &[[u32; 2]], facing: &Vec3) -> R
 }
 
 /// Two unit vectors that make a right-handed frame with `facing`.
-pub(super) fn axes(facing: &Vec3) -> [Vec3; 2] {
+fn axes(facing: &Vec3) -> [Vec3; 2] {
     let across = Vec3::ith(facing.iamin(), 1.0);
     let u = across.cross(facing).normalize();
     [u, facing.cross(&u)]

@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 /// By the two vertices of an edge.
-pub(super) type EdgeMap<T> = HashMap<[u32; 2], T, BuildHasherDefault<EdgeHasher>>;
+pub(crate) type EdgeMap<T> = HashMap<[u32; 2], T, BuildHasherDefault<EdgeHasher>>;
 
 /// Multiplication by an odd number spreads low bits up, a shift brings them down again.
 #[derive(Default)]
-pub(super) struct EdgeHasher(u64);
+pub(crate) struct EdgeHasher(u64);
 
 impl Hasher for EdgeHasher {
     fn write(&mut self, bytes: &[u8]) {
