@@ -1,6 +1,6 @@
 //! The whole job on the candelabrum (18 parts, 15,190 facets, generic A/C table, built-in slicer), step by step.
 //!
-//! `cargo bench -p trunnion-benches` prints the times; the figures of each release stand in CHANGELOG.md. Run on one thread
+//! `cargo bench -p trunnion-benches` prints the times; the latest figures are in docs/explanation/measurements.md. Run on one thread
 //! (`RAYON_NUM_THREADS=1`) the times are CPU times.
 
 use divan::Bencher;

@@ -1,6 +1,6 @@
 //! Orientation: proofs and searches on made-up parts, and on the seeds' meshes where `TRUNNION_MESHES` says they are.
 //!
-//! `cargo bench -p trunnion-benches --bench orient` prints the times; the figures of each release stand in CHANGELOG.md. Run on one thread
+//! `cargo bench -p trunnion-benches --bench orient` prints the times; the latest figures are in docs/explanation/measurements.md. Run on one thread
 //! (`RAYON_NUM_THREADS=1`) the times are CPU times. Gathering the facets is part of every figure, reading a file is not.
 #![expect(clippy::print_stderr, reason = "what was proved belongs beside how long it took")]
 

@@ -1,8 +1,8 @@
 //! Packing: first what comes of the published boxes and of boats in a bin, then how long some of it takes.
 //!
 //! `cargo bench -p trunnion-benches --bench pack` takes some three minutes: each of the 120 instances of Martello, Pisinger and Vigo has one second. With
-//! `TRUNNION_BOXES=FOLDER` they are written there as texts, for `trunnion pack --boxes` and for `benches/compare/pack_py3dbp.py`. The figures of each
-//! release stand in CHANGELOG.md.
+//! `TRUNNION_BOXES=FOLDER` they are written there as texts, for `trunnion pack --boxes` and for `benches/compare/pack_py3dbp.py`. The latest
+//! figures are in docs/explanation/measurements.md.
 
 #[allow(dead_code)]
 #[path = "../tests/it/packing/generator.rs"]

@@ -2,7 +2,7 @@
 //! in whose way between two parts of 100,000 facets.
 //!
 //! `cargo bench -p trunnion-benches --bench planning` prints the times, and first what was planned; run on one thread (`RAYON_NUM_THREADS=1`) the
-//! times are CPU times. The figures of each release stand in CHANGELOG.md.
+//! times are CPU times. The latest figures are in docs/explanation/measurements.md.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -1,6 +1,6 @@
 //! Cutting solids into parts: first what comes of each, then how long it takes.
 //!
-//! `RAYON_NUM_THREADS=1 cargo bench -p trunnion-benches --bench split` prints CPU times. The figures of each release stand in CHANGELOG.md.
+//! `RAYON_NUM_THREADS=1 cargo bench -p trunnion-benches --bench split` prints CPU times. The latest figures are in docs/explanation/measurements.md.
 
 #[allow(dead_code)]
 #[path = "../tests/it/split/solids.rs"]

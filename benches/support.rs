@@ -1,7 +1,7 @@
 //! Supports: first what comes of each scene and method, then how long it takes.
 //!
 //! `RAYON_NUM_THREADS=1 cargo bench -p trunnion-benches --bench support` prints CPU times. With `TRUNNION_ARCS=FOLDER` the graphs are written there, one arc
-//! a line, for `benches/compare/support_ortools.py`. The figures of each release stand in CHANGELOG.md.
+//! a line, for `benches/compare/support_ortools.py`. The latest figures are in docs/explanation/measurements.md.
 
 #[allow(dead_code)]
 #[path = "../tests/it/supports/scenes.rs"]
