@@ -64,7 +64,7 @@ impl Share {
     ///
     /// # Errors
     ///
-    /// [`BatchError::Setting`] for what is no share.
+    /// [`InputError::Setting`](crate::input::InputError::Setting) for what is no share.
     pub fn parse(text: &str) -> Result<Self, BatchError> {
         let two = text.split_once('/').and_then(|(from, of)| Some((from.parse().ok()?, of.parse().ok()?)));
         match two {

@@ -263,8 +263,8 @@ const BESIDE_MM: f64 = 5.0;
 ///
 /// # Errors
 ///
-/// [`OrientError::Setting`]; [`OrientError::NoArea`] for a part without a surface; [`OrientError::NeedsClosed`] and what else keeps the model from
-/// being read.
+/// [`InputError::Setting`](crate::input::InputError::Setting); [`OrientError::NoArea`] for a part without a surface;
+/// [`OrientError::NeedsClosed`] and what else keeps the model from being read.
 pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult, OrientError> {
     let asked = OrientAsked::of(&request.options, world)?;
     let meshes = chosen(request, meshes(request, &asked, world)?)?;

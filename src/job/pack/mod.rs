@@ -195,7 +195,8 @@ fn turned(turn: Turns) -> &'static str {
 ///
 /// # Errors
 ///
-/// [`PackError::Setting`] and [`PackError::Packing`] for what cannot be packed so; what reading models, boxes and machine may say.
+/// [`InputError::Setting`](crate::input::InputError::Setting) and [`PackError::Packing`] for what cannot be packed so; what reading
+/// models, boxes and machine may say.
 pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -> Result<PackResult, PackError> {
     let asked = Asked::of(request)?;
     let start = world.clock.now();

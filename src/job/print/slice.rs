@@ -48,7 +48,7 @@ pub const LARGEST_BED_MM: f64 = 5000.0;
 ///
 /// # Errors
 ///
-/// [`PrintError::Setting`].
+/// [`InputError::Setting`](crate::input::InputError::Setting).
 pub fn bed(text: &str) -> Result<Bed, PrintError> {
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.abs() <= LARGEST_BED_MM);
     let side = |t: &str| {
@@ -110,7 +110,8 @@ impl Prints {
     ///
     /// # Errors
     ///
-    /// [`PrintError::OffBed`] for a print that the bed does not hold, and [`PrintError::Setting`] for a bed that cannot be.
+    /// [`PrintError::OffBed`] for a print that the bed does not hold, and [`InputError::Setting`](crate::input::InputError::Setting)
+    /// for a bed that cannot be.
     pub fn spots(&self) -> Result<Vec<ProjectSpot>, PrintError> {
         check_bed(&self.bed)?;
         Ok(layout(&sizes(&self.meshes), &self.bed)?)
@@ -194,7 +195,8 @@ pub struct SlicerName {
 ///
 /// # Errors
 ///
-/// [`PrintError::Slice`], [`PrintError::Setting`], and what keeps a configuration from being read.
+/// [`PrintError::Slice`], [`InputError::Setting`](crate::input::InputError::Setting), and what keeps a configuration from being
+/// read.
 pub fn slice(request: &SliceRequest<'_>, world: &World<'_>) -> Result<SliceResult, PrintError> {
     let slicer = request.options.slicer(world)?;
     slice_by(slicer.as_ref(), request.prints, request.plan, world)

@@ -90,8 +90,9 @@ pub struct Wire<'a> {
 ///
 /// # Errors
 ///
-/// [`SendError::Program`], [`SendError::Unfit`], [`SendError::Protocol`] and [`SendError::Setting`] before anything is sent;
-/// [`SendError::Port`] and [`SendError::Printer`] where printer, wire or operator end the print.
+/// [`SendError::Program`], [`SendError::Unfit`], [`PrinterError::Protocol`](crate::job::PrinterError::Protocol) and
+/// [`InputError::Setting`](crate::input::InputError::Setting) before anything is sent;
+/// [`PrinterError::Port`](crate::job::PrinterError::Port) and [`SendError::Printer`] where printer, wire or operator end the print.
 pub fn send(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,

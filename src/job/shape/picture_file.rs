@@ -32,7 +32,7 @@ impl PictureFile {
     ///
     /// # Errors
     ///
-    /// [`FileError::Write`](super::FileError::Write).
+    /// [`FileError::Write`](crate::world::FileError::Write).
     pub fn write(&self, drawing: &Drawing) -> Result<(), InputError> {
         Ok(self.file.write(&drawing.bytes(self.format))?)
     }
