@@ -54,6 +54,7 @@ mod poses;
 mod report;
 mod solve;
 mod touches;
+mod uncalibrated;
 mod visit;
 
 pub use chain::{Chain, SAG_AT_MM, UNKNOWNS, Unknown};
@@ -65,4 +66,5 @@ pub use found::{Bend, ChainFit, Deviation, Estimate, FitOptions, Outlier, Refusa
 pub use poses::{Choice, choose};
 pub use solve::residuals;
 pub use touches::{ChainCandidate, Feature, Of, Tip, TipShape, Touch, TouchError, TouchShape, Touches};
+pub use uncalibrated::Uncalibrated;
 pub use visit::{NoVisit, Visit, visit};

@@ -121,50 +121,21 @@ impl From<SendError> for Error {
     }
 }
 
-impl From<PrinterError> for Error {
-    fn from(error: PrinterError) -> Self {
-        match error {
-            PrinterError::Input(error) => Self::Input(error),
-            error => Self::Printer(error),
-        }
-    }
+/// What is read is told as the job's own, whichever room has read it.
+macro_rules! from_rooms {
+    ($($room:ident($own:ident)),+) => {
+        $(impl From<$own> for Error {
+            fn from(error: $own) -> Self {
+                match error {
+                    $own::Input(error) => Self::Input(error),
+                    error => Self::$room(error),
+                }
+            }
+        })+
+    };
 }
 
-impl From<MachineError> for Error {
-    fn from(error: MachineError) -> Self {
-        match error {
-            MachineError::Input(error) => Self::Input(error),
-            error => Self::Machine(error),
-        }
-    }
-}
-
-impl From<OrientError> for Error {
-    fn from(error: OrientError) -> Self {
-        match error {
-            OrientError::Input(error) => Self::Input(error),
-            error => Self::Orient(error),
-        }
-    }
-}
-
-impl From<PackError> for Error {
-    fn from(error: PackError) -> Self {
-        match error {
-            PackError::Input(error) => Self::Input(error),
-            error => Self::Pack(error),
-        }
-    }
-}
-
-impl From<BatchError> for Error {
-    fn from(error: BatchError) -> Self {
-        match error {
-            BatchError::Input(error) => Self::Input(error),
-            error => Self::Batch(error),
-        }
-    }
-}
+from_rooms!(Printer(PrinterError), Machine(MachineError), Orient(OrientError), Pack(PackError), Batch(BatchError));
 
 impl From<UploadError> for Error {
     fn from(error: UploadError) -> Self {

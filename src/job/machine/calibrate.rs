@@ -4,10 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::error::MachineError;
-use super::uncalibrated::Uncalibrated;
 use crate::calibrate::{
-    ChainFit, Choice, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Unknown, Visit, choose,
-    fit, form, visit,
+    ChainFit, Choice, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Uncalibrated, Unknown,
+    Visit, choose, fit, form, visit,
 };
 use crate::input::{BadSetting, LoadedProfile, MachineSource, Source, load_profile};
 use crate::profile::{Profile, TiltAxisName};
@@ -62,7 +61,7 @@ pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<Calibr
     let file = request.touches.name().into_owned();
     let touches = Touches::parse(&file, &request.touches.text(world)?)?;
     let fit = fit(&machine.profile, &touches, &request.options)
-        .map_err(|no| MachineError::Calibration(Box::new(Uncalibrated::of(no, &file, &machine, &touches))))?;
+        .map_err(|no| MachineError::Calibration(Box::new(Uncalibrated::of(no, &file, &machine.profile, &touches))))?;
     let allowed_mm = request.options.tolerance_mm;
     let mut done = CalibrateResult { machine, touches, file, fit, allowed_mm, unfit: None };
     done.unfit = done.written().validate().err().map(|error| error.to_string());

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::uncalibrated::Uncalibrated;
-use crate::calibrate::TouchError;
+use crate::calibrate::{TouchError, Uncalibrated};
 use crate::input::InputError;
 use crate::location::Location;
 use crate::profile::{HeadFault, ImportError};

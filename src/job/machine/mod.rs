@@ -6,7 +6,6 @@ mod dry_run;
 mod error;
 mod import;
 mod new;
-mod uncalibrated;
 
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
 pub use check::{CheckedProfile, Tilted, check_profile};
@@ -14,4 +13,3 @@ pub use dry_run::{DryRun, dry_run};
 pub use error::MachineError;
 pub use import::{ImportProfile, ImportedProfile, import_profile};
 pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
-pub use uncalibrated::Uncalibrated;

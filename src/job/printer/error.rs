@@ -1,9 +1,8 @@
 //! Why there is no printer to send to, real or simulated.
 
-use super::quirks::QUIRKS;
 use crate::input::InputError;
 use crate::link::serial::PortError;
-use crate::link::sim::NAMES;
+use crate::link::sim::{NAMES, QUIRKS};
 
 /// Why there is no printer to send to, real or simulated.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]

@@ -2,7 +2,6 @@
 
 mod bench;
 mod error;
-mod quirks;
 mod settings;
 mod simulate;
 

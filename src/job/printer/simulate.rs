@@ -1,10 +1,9 @@
 //! The simulated printer of a profile, with the quirks and faults that are asked for.
 
 use super::error::{BadSimulation, PrinterError};
-use super::quirks::QUIRKS;
 use crate::input::LoadedProfile;
 use crate::job::printer;
-use crate::link::sim::{Script, Sim};
+use crate::link::sim::{QUIRKS, Script, Sim};
 
 /// A simulated printer to be.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,6 +10,7 @@ mod grbl;
 mod heat;
 mod machine;
 mod marlin;
+mod named;
 mod plain;
 mod quirks;
 
@@ -19,6 +20,7 @@ use std::time::Duration;
 pub use crate::motion::Axes;
 pub use faults::{NAMES, SURVIVABLE, Script, SimFault};
 pub use machine::MachineModel;
+pub use named::{NamedQuirk, QUIRKS};
 pub use quirks::Quirks;
 
 use super::Time;

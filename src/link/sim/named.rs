@@ -1,12 +1,12 @@
 //! What simulated printers do otherwise than their firmware, by name.
 
-use crate::link::sim::Quirks;
+use super::Quirks;
 
 /// A quirk's name, and what it changes.
-pub(super) type NamedQuirk = (&'static str, fn(&mut Quirks));
+pub type NamedQuirk = (&'static str, fn(&mut Quirks));
 
 /// The quirks that can be asked for.
-pub(super) const QUIRKS: [NamedQuirk; 16] = [
+pub const QUIRKS: [NamedQuirk; 16] = [
     ("advanced-ok", |q| q.advanced_ok = true),
     ("no-ok-after-resend", |q| q.ok_after_resend = false),
     ("refuses-doubles", |q| q.silent_duplicates = false),

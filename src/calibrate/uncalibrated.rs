@@ -1,7 +1,7 @@
 //! Why touches give no machine.
 
-use crate::calibrate::{NoFit, Of, Touches, Undetermined};
-use crate::input::LoadedProfile;
+use super::{NoFit, Of, Touches, Undetermined};
+use crate::profile::Profile;
 
 /// Why touches give no machine, with where they stand.
 #[derive(Debug)]
@@ -13,9 +13,10 @@ pub struct Uncalibrated {
 }
 
 impl Uncalibrated {
-    pub(super) fn of(no: NoFit, file: &str, machine: &LoadedProfile, touches: &Touches) -> Self {
+    /// Why `touches` of `file` give no machine, in the letters of `profile`.
+    pub fn of(no: NoFit, file: &str, profile: &Profile, touches: &Touches) -> Self {
         let names = touches.features.iter().map(|f| f.name.clone()).collect();
-        let k = &machine.profile.kinematics;
+        let k = &profile.kinematics;
         Self { file: file.to_owned(), letters: [k.tilt.letter, k.rotation.letter], names, no }
     }
 }
