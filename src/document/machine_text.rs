@@ -136,7 +136,7 @@ pub fn poses(result: &PosesResult) -> String {
     for (name, [x, y]) in &result.choice.marks {
         let _ = writeln!(
             out,
-            "draw a small cross on the table near X{x} Y{y} of it, level and at the rotation's zero: {name}"
+            "{name}: level the table, turn the rotation to zero, and draw a small cross near X{x} Y{y} (table coordinates)"
         );
     }
     let wanted = if result.choice.enough {

@@ -21,7 +21,7 @@ pub enum Tone {
 pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, String)> {
     let (tone, text) = match what {
         Sending::Printer(name) => (Tone::Note, format!("printer: {}", called(name))),
-        Sending::Resend { number, why, .. } => (Tone::Detail, format!("resending wire line {number} ({why})")),
+        Sending::Resend { number, why, .. } => (Tone::Detail, format!("resending N{number} ({why})")),
         Sending::UserWait => (Tone::Note, "the printer is waiting for a person".to_owned()),
         Sending::Note(text) => (Tone::Note, (*text).to_owned()),
         Sending::Progress(figures) => (Tone::Status, status(figures, at)),

@@ -23,7 +23,7 @@ use crate::verify::{JointRoom, Report, Standing};
 
 /// A search that may be ended early.
 pub fn searching(known: &str) -> String {
-    format!("searching for cheaper cuts; Ctrl-C takes {known}")
+    format!("searching for cheaper cuts; press Ctrl-C to stop and use {known}")
 }
 
 /// What was read: the file, its parts and its size, so that a wrong unit is seen at once.

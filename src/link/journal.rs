@@ -121,7 +121,9 @@ pub struct JournalSummary {
 #[strum(serialize_all = "kebab-case", prefix = "journal/")]
 pub enum JournalError {
     /// Not one of ours.
-    #[error("not a journal of trunnion send (its first line must be \"trunnion-journal 1\")")]
+    #[error(
+        "not a journal of trunnion send (its first line must be \"trunnion-journal 1\"); pass the right file with --journal"
+    )]
     Foreign,
     /// A line that no version of ours writes.
     #[error("line {line} of the journal cannot be read: {text:?}")]

@@ -6,6 +6,7 @@ use super::shells::{Surface, closed_runs, closed_shells};
 use super::soup::Soup;
 use super::winding::winding;
 use crate::geom::{Bounds, Vec3};
+use crate::spelling::counted;
 
 /// The least volume of a part, as a share of its diagonal cubed: below it a surface is folded flat onto itself, and
 /// the volume is but rounding.
@@ -52,12 +53,8 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
         Some((fault, _)) if parts.is_empty() => return Err(fault),
         Some((_, first)) => {
             let Flat { surfaces, facets, .. } = flat;
-            let what = if surfaces == 1 {
-                "a surface that encloses".to_owned()
-            } else {
-                format!("{surfaces} surfaces that enclose")
-            };
-            warnings.push(format!("{what} nothing, {facets} facets, the first of them facet {first}: removed"));
+            let (what, verb) = (counted(surfaces, "surface"), if surfaces == 1 { "encloses" } else { "enclose" });
+            warnings.push(format!("removed {what} that {verb} no volume ({facets} facets, starting at facet {first})"));
         }
         None => {}
     }

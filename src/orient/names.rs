@@ -70,7 +70,7 @@ impl Default for ObjectiveSettings {
 #[strum(serialize_all = "kebab-case", prefix = "objective/")]
 pub enum BadObjective {
     /// No objective has this name.
-    #[error("objective `{name}` is unknown; did you mean {nearest}? known are {}", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
+    #[error("unknown objective `{name}`; the nearest is {nearest} (all: {})", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
     Unknown {
         /// As given.
         name: String,
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn bad_words_are_named_with_a_remedy() {
         let text = |word: &str| objective(word, &ObjectiveSettings::default()).err().unwrap().to_string();
-        assert!(text("staircas").starts_with("objective `staircas` is unknown; did you mean staircase? known are "));
+        assert!(text("staircas").starts_with("unknown objective `staircas`; the nearest is staircase (all: "));
         assert!(text("weighted-normal").contains("did you mean weighted-normal-z?"));
         assert_eq!(
             text("x*height+height"),

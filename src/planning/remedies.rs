@@ -233,7 +233,10 @@ impl Wish<'_> {
         let remedy = |part: usize| {
             let name = &self.workpiece.model.parts[part].name;
             let text = match self.workpiece.parts.len() {
-                1 => format!("support {}: --supports auto, or by hand with --allow {part}", part_named(part, name)),
+                1 => format!(
+                    "pass --supports auto, or add your own supports below {} and pass --allow {part}",
+                    part_named(part, name)
+                ),
                 _ => support_by_hand(part, name),
             };
             Remedy { kind: "support", amount: part as f64, text }

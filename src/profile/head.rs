@@ -10,16 +10,16 @@ use crate::spelling::nearest;
 
 /// What is asked of every head: key and question. Keys of answers alone; a profile has the pieces that they make.
 pub const HEAD_QUESTIONS: [(&str, &str); 9] = [
-    ("head.nozzle_tip_mm", "the nozzle's flat end: diameter, mm"),
+    ("head.nozzle_tip_mm", "diameter of the nozzle's flat tip, mm"),
     ("head.cone_mm", "the nozzle's cone: [length from the tip to where it is widest, diameter there], mm"),
     (
         "head.block_mm",
-        "heater block with its sock, fan ducts and all up to the carriage: how far it reaches from the nozzle's middle, [left, right, front, back], mm",
+        "hot end below the carriage (heater block, sock, fan ducts): distances from the nozzle's axis, [left, right, front, back], mm",
     ),
     ("head.block_z_mm", "the same: [lowest, highest] above the tip, mm"),
     (
         "head.carriage_mm",
-        "carriage with all that rides on it: how far it reaches from the nozzle's middle, [left, right, front, back], mm",
+        "carriage with everything on it: distances from the nozzle's axis, [left, right, front, back], mm",
     ),
     ("head.carriage_z_mm", "the same: [lowest, highest] above the tip, mm"),
     (
@@ -200,7 +200,7 @@ impl Measures {
             None => there.map(|body| body.moves.clone()),
             Some(value) => match value.as_str() {
                 Some("none") if faces.is_some() || heights.is_some() => {
-                    return wrong(keys[0], Some(value), "a beam of none has no measures");
+                    return wrong(keys[0], Some(value), "none cannot have gantry_mm or gantry_z_mm; remove them");
                 }
                 Some("none") => {
                     roles.gantry = None;
@@ -273,7 +273,11 @@ pub fn measured(answers: &mut Table, like: &Profile) -> Result<(), HeadFault> {
         }
     }
     if head.contains_key("body") {
-        return wrong("head.body", None, "this is the whole head; give either it or measures");
+        return wrong(
+            "head.body",
+            None,
+            "it describes the whole head and cannot be combined with measures; remove one",
+        );
     }
     let measures = Measures(given.iter().filter_map(|key| Some((key.clone(), head.remove(key)?))).collect());
     let reach = [("x_mm", like.limits.x_mm), ("y_mm", like.limits.y_mm)].map(|(key, was)| {

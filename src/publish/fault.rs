@@ -39,7 +39,7 @@ pub enum ServerFault {
         seconds: u64,
     },
     /// A connection that was closed during every try.
-    #[error("it closed the connection half way; nothing of the file is there, try again")]
+    #[error("the server closed the connection and stored no file; try again")]
     Closed,
     /// A certificate that is not trusted.
     #[error(
@@ -76,9 +76,7 @@ pub enum ServerFault {
         to: String,
     },
     /// A proxy that asks for a login.
-    #[error(
-        "a proxy in front of it asks for a login ({login}), which is not the server's key; give the server's own address, behind that"
-    )]
+    #[error("a proxy asks for a login ({login}) before the request reaches the server; pass the server's own address")]
     Login {
         /// Which, in its words.
         login: String,

@@ -58,8 +58,8 @@ pub enum SliceError {
     },
     /// The slicer wrote no extrusion at all.
     #[error(
-        "{slicer} left `{name}` out: its output extrudes nothing; every wall may be thinner than the line width, \
-         the part lies off the bed, or its gcode_flavor does not extrude with E"
+        "{slicer} printed nothing of `{name}`; check that walls are wider than the line width, the part is on the bed, \
+         and gcode_flavor uses E"
     )]
     NothingExtruded {
         /// The slicer's name.

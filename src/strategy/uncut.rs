@@ -93,7 +93,7 @@ fn because(against: Against) -> &'static str {
         Against::Thin => "would leave a plate or an edge too thin to print",
         Against::Unwanted => "would put the seam where none is wanted",
         Against::Beginning => "would let a piece begin in mid-air",
-        Against::Head => "would bring the head into what is left, the table or an axis to its stop",
+        Against::Head => "would make the head hit the remaining part or the table, or exceed an axis limit",
         Against::Gain => "would gain nothing",
         Against::Budget => "would save too little over another way to print it",
     }

@@ -179,7 +179,7 @@ impl<'a> Checker<'a> {
         if self.slot != Some(slot) {
             let marked = self.slot.map_or("no slot".to_owned(), |s| format!("slot {s}"));
             self.say(Rule::Sequence, [slot as f64, self.slot.map_or(-1.0, |s| s as f64)], || {
-                format!("print {print} belongs to slot {slot}, but {marked} is marked")
+                format!("print {print} belongs to slot {slot}, but the \";TRUNNION slot=\" comment says {marked}")
             });
         }
     }
@@ -188,7 +188,9 @@ impl<'a> Checker<'a> {
         let wanted = self.planned.get(print).map(|p| p.part);
         if wanted != Some(part) {
             self.say(Rule::Sequence, [part as f64, wanted.map_or(-1.0, |p| p as f64)], || match wanted {
-                Some(wanted) => format!("print {print} is marked as part {part}; in the plan it is part {wanted}"),
+                Some(wanted) => {
+                    format!("the \";TRUNNION print={print}\" comment says part {part}; in the plan it is part {wanted}")
+                }
                 None => format!("print {print} is not in the plan"),
             });
         }
@@ -500,7 +502,7 @@ impl<'a> Checker<'a> {
             if self.zone == Zone::Start {
                 return None;
             }
-            return Some((0.0, "filament is extruded before any print is marked".to_owned()));
+            return Some((0.0, "filament is extruded before the first \";TRUNNION print=\" comment".to_owned()));
         };
         let pose = state.pose()?;
         let PoseError { axis_deg, lean_deg } = pose_error(&self.table, plan, pose)?;

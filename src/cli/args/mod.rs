@@ -226,13 +226,13 @@ pub(in crate::cli) struct PlanArgs {
     /// Rotation of the model about the table's normal, about its own centre unless --origin is given
     #[arg(help_heading = PLANNING, long, value_name = "DEG", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) turn: Option<f64>,
-    /// Height of a denser roof on top of supports, in whole layers [0: none]
+    /// Height of a denser roof on top of supports, rounded up to whole layers [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.roof_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof: f64,
     /// Line spacing of that roof [default: two line widths]
     #[arg(long, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof_pitch: Option<f64>,
-    /// Brace support columns that are free over more than this length [0: none]
+    /// Brace support columns with an unbraced length above this [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.brace_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) brace: f64,
     /// Do not search for remedies if there is no plan

@@ -46,7 +46,7 @@ pub(in crate::cli) struct New {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Import {
-    /// LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's Configuration.h or the machine.json of Koala's simulator; several are one machine's
+    /// Files of one machine: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's Configuration.h, or machine.json of Koala's simulator
     #[arg(required = true, value_name = "FILE")]
     pub(in crate::cli) files: Vec<PathBuf>,
     /// Name of the new profile [default: as -o, else as the first file]
@@ -102,7 +102,7 @@ pub(in crate::cli) struct Calibrate {
     /// Write axes that are off by more than this, in mm on or over the table; refuse a surface that is less level
     #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
     pub(in crate::cli) tolerance: f64,
-    /// Keep the profile's axes, which needs fewer touches
+    /// Keep the profile's axis directions; fewer touches are needed
     #[arg(long)]
     pub(in crate::cli) assume_square: bool,
     /// Choose the touches to make, and write a file to fill in

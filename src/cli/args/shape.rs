@@ -65,7 +65,7 @@ pub(in crate::cli) struct Orient {
     /// Only directions with at least this much bed contact
     #[arg(long, value_name = "MM2")]
     pub(in crate::cli) contact_area_min: Option<f64>,
-    /// Compare each best with the model as in the file: support volume, overhang area, staircase, height, contact area
+    /// Compare the best directions with the file's orientation: support volume, overhang area, staircase, height, contact area
     #[arg(long)]
     pub(in crate::cli) compare: bool,
     /// Write the parts with the first objective's best direction up, on z = 0, beside each other (STL, or 3MF by its extension)
@@ -93,7 +93,7 @@ pub(in crate::cli) struct Split {
     /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
     #[arg(short, long, value_name = "PARTS.3mf")]
     pub(in crate::cli) output: PathBuf,
-    /// Slopes up to this angle from the vertical need no support [default: what lines of the profile's width and layers carry]
+    /// Slopes up to this angle from the vertical need no support [default: from the profile's line width and layer height]
     #[arg(long, value_name = "DEG")]
     pub(in crate::cli) overhang: Option<f64>,
     #[command(flatten)]
@@ -226,7 +226,7 @@ pub(in crate::cli) struct Support {
     /// Spacing of the roof's bars [default: twice the wall]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) roof_pitch: Option<f64>,
-    /// Brace columns that are free over more than this, two steps or more [0: none]
+    /// Brace columns with an unbraced length above this, at least two steps [0: none]
     #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) brace: f64,
     /// Seed of the random methods

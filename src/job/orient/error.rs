@@ -12,7 +12,7 @@ pub enum OrientError {
     #[error(transparent)]
     Input(InputError),
     /// An open surface where an objective is a volume or needs an inside.
-    #[error("{source}; {objective} needs a volume or an inside, so the mesh must be closed")]
+    #[error("{objective} needs a closed mesh: {source}")]
     NeedsClosed {
         /// Where it is open.
         source: Box<MeshError>,

@@ -64,7 +64,7 @@ impl<E: Into<InputError>> From<E> for PrinterError {
 #[strum(serialize_all = "kebab-case", prefix = "simulate/")]
 pub enum BadSimulation {
     /// An unknown quirk.
-    #[error("quirk {given} is unknown; known are {}", QUIRKS.map(|(name, _)| name).join(", "))]
+    #[error("unknown quirk {given}; use one of {}", QUIRKS.map(|(name, _)| name).join(", "))]
     Quirk {
         /// As given.
         given: String,

@@ -9,7 +9,7 @@ use crate::input::{BadSetting, InputError, ModelSource};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::overhang::Keels;
 use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
-use crate::spelling::{counted, nearest, numbers};
+use crate::spelling::{nearest, numbers};
 use crate::strategy::SupportForm;
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
@@ -171,18 +171,14 @@ impl SupportResult {
 
     /// What is left bare, in words; empty where nothing is.
     fn unreached(&self) -> String {
-        let Some(first) = self.bare.first() else { return String::new() };
-        let squares: usize = self.bare.iter().map(|patch| patch.squares).sum();
+        if self.bare.is_empty() {
+            return String::new();
+        }
         let area: f64 = self.bare.iter().map(|patch| patch.area_mm2).sum();
         let at = |patch: &Bare| format!("({:.1}, {:.1}, {:.1})", patch.at.x, patch.at.y, patch.at.z);
         let places: Vec<String> = self.bare.iter().take(NAMED).map(at).collect();
         let more = if self.bare.len() > NAMED { " and elsewhere" } else { "" };
-        let has = if first.squares == 1 && squares == 1 { "has" } else { "have" };
-        format!(
-            "{} ({area:.1} mm2) that need support {has} no path to the ground, near {} mm{more}",
-            counted(squares, "square"),
-            places.join(", ")
-        )
+        format!("{area:.1} mm2 of overhang cannot be supported from the ground, near {}{more} (mm)", places.join(", "))
     }
 }
 

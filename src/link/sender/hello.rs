@@ -177,7 +177,7 @@ impl Sender {
             _ if self.traits().is_other(text) => format!("a printer of protocol {}", self.traits().name),
             _ if axes(text).is_some_and(|count| count < AXES) => {
                 let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| char::from(a.letter));
-                format!("a printer of at least {AXES} axes (X Y Z {tilt} {rotation})")
+                format!("a printer with at least {AXES} axes (X Y Z {tilt} {rotation})")
             }
             _ => return,
         };

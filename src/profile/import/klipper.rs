@@ -185,13 +185,12 @@ impl Config {
                 facts.extend(self.limits(axis, key)?);
             }
         } else if ROUND.contains(&&*name) {
-            let why = "has no readable limits of X, Y and Z";
             self.notes.push(format!(
-                "{place}: kinematics {name} {why}; give limits.x_mm, y_mm and z_mm as the tip reaches at every height"
+                "{place}: limits of X, Y and Z cannot be read for kinematics {name}; set limits.x_mm, y_mm and z_mm to what the nozzle reaches at every height"
             ));
         } else {
             let why = format!(
-                "kinematics {} is unknown, so its effect on the table is unknown; known are {}, {}",
+                "kinematics {} is unknown, so its effect on the table is unknown; use one of {}, {}",
                 shown(&name),
                 STRAIGHT.join(", "),
                 ROUND.join(", ")
@@ -204,7 +203,7 @@ impl Config {
         let pivot = self.pivot_coord(&rotary);
         let roles = if by_command {
             // Letters of this order: see `rotary`.
-            let how = "by your answers: commands turn its motors, and letters are names alone".to_owned();
+            let how = "from your answers: commands turn the motors, so the axis letters are only labels".to_owned();
             let about = pivot.and_then(|roles| roles.about);
             Some(AxisRoles { tilt: LETTERS[0], rotation: LETTERS[1], about, how })
         } else {
@@ -338,9 +337,9 @@ impl Config {
                 steppers.iter().filter(|(name, _)| !rotary.iter().any(|axis| axis.motor == *name)).collect();
             let (name, place) = without[0];
             let why = format!(
-                "[manual_stepper {name}] has no letter: no line says MANUAL_STEPPER STEPPER={name} GCODE_AXIS=.., and Klipper ignores words of an \
-                 unknown axis; add such a line for the tilt and one for the rotation to a macro or an extra file; where MANUAL_STEPPER MOVE \
-                 turns the table, pass --set kinematics.tilt.stepper=NAME and --set kinematics.rotation.stepper=NAME, of {}",
+                "[manual_stepper {name}] has no axis letter (MANUAL_STEPPER STEPPER={name} GCODE_AXIS=..); add that line for tilt and rotation \
+                 to a macro; or, if MANUAL_STEPPER MOVE turns the table, pass --set kinematics.tilt.stepper=NAME --set \
+                 kinematics.rotation.stepper=NAME ({})",
                 steppers.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
             );
             return Err(ImportError::At { place: (*place).clone(), why });

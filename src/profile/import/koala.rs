@@ -204,10 +204,7 @@ impl<'a> Reader<'a> {
                     [0, 1, 2].map(|k| tidy(p[k] + shift[k]))
                 })?),
                 other => {
-                    return wrong(
-                        "type",
-                        format!("{other:?} is not a piece; known are box, cylinder, sphere and hull"),
-                    );
+                    return wrong("type", format!("{other:?} is not a piece; use box, cylinder, sphere or hull"));
                 }
             };
             let label = document.has(&format!("{path}.label")).then(|| document.text(&format!("{path}.label")));
@@ -254,7 +251,7 @@ impl<'a> Reader<'a> {
         }
         let beyond = (half[0] - plate[0]).max(half[1] - plate[1]);
         if beyond > 0.0 {
-            let how = "what turns with the plate reaches beyond it; its own rim and 2 mm stay free";
+            let how = "rotating parts extend beyond the plate; nothing is printed on that margin plus 2 mm";
             facts.push(Fact::new("table.keep_out_mm", tidy(beyond + RIM_MM), from, how));
         }
         Ok(())

@@ -63,7 +63,7 @@ impl<'a> Reader<'a> {
             None => {
                 let tables = TABLES.map(|(table, _, _)| table).join(", ");
                 let why = format!(
-                    "kinematics {} is not a table that tilts and turns; known are trivkins, {}, {tables}",
+                    "kinematics {} is not a table that tilts and turns; use trivkins, {}, {tables}",
                     shown(&name),
                     OTHER_JOINTS.join(", ")
                 );
@@ -124,8 +124,8 @@ impl<'a> Reader<'a> {
         }
         if !self.letters.iter().any(|letter| "UVW".contains(*letter)) {
             notes.push(format!(
-                "{}: [TRAJ] COORDINATES = {} has no U, V or W that could push filament, and LinuxCNC refuses words of missing axes; add one, and \
-                 name it with --set dialect.extruder=LETTER",
+                "{}: [TRAJ] COORDINATES = {} has no axis U, V or W for the extruder; add one, and pass --set \
+                 dialect.extruder=LETTER",
                 coordinates.place, coordinates.value
             ));
         }
@@ -276,7 +276,7 @@ fn unit(entry: &Entry, known: &[(&str, f64)]) -> Result<f64, ImportError> {
     let word = entry.bare().to_ascii_lowercase();
     known.iter().find(|(name, _)| *name == word).map(|(_, factor)| *factor).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        let why = format!("{} = {} is not a unit; known are {}", entry.key, shown(&entry.value), names.join(", "));
+        let why = format!("{} = {} is not a unit; use {}", entry.key, shown(&entry.value), names.join(", "));
         ImportError::At { place: entry.place.clone(), why }
     })
 }

@@ -130,7 +130,7 @@ impl Reader {
     fn limits(&mut self, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
         if let Some(round) = ROUND.into_iter().find(|name| self.enabled(name)) {
             self.notes.push(format!(
-                "{round} has no readable limits of X, Y and Z; give limits.x_mm, y_mm and z_mm as the tip reaches at every height"
+                "{round}: limits of X, Y and Z cannot be read; set limits.x_mm, y_mm and z_mm to what the nozzle reaches at every height"
             ));
             return Ok(());
         }

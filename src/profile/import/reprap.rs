@@ -248,15 +248,15 @@ impl Config {
         }
         if let Some(kind) = self.numbers.get("M669 K").filter(|kind| kind.value == ROBOT) {
             let why = format!(
-                "M669 K{ROBOT} {}; give the config.g of a firmware with plain kinematics (M669 K0, K1)",
+                "M669 K{ROBOT} {}; give the config.g of a firmware with Cartesian or CoreXY kinematics (M669 K0, K1)",
                 Correction::TipFollowing.harm()
             );
             return Err(ImportError::At { place: kind.place(), why });
         }
         if let Some(kind) = self.numbers.get("M669 K").filter(|kind| !STRAIGHT.contains(&kind.value)) {
             self.notes.push(format!(
-                "{}: M669 K{} is not one of RepRapFirmware's plain kinematics: check the limits of X, Y and Z against where the tip reaches, and \
-                 that the words of the table's axes turn the table alone",
+                "{}: M669 K{} is not Cartesian or CoreXY kinematics; check that the limits of X, Y and Z match the nozzle's reach, and that \
+                 commands of the table's axes move only the table",
                 kind.place(),
                 kind.value
             ));

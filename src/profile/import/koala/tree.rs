@@ -117,7 +117,7 @@ impl Tree {
                     ("rotary", "mc") => Axis::Turn,
                     _ => {
                         let why = format!(
-                            "a {kind:?} part moved by {word:?}: known are linear parts of mx, my and mz, and rotary ones of mb and mc"
+                            "a {kind:?} part moved by {word:?}: a linear part must be moved by mx, my or mz, a rotary one by mb or mc"
                         );
                         return wrong("gcode", why);
                     }
@@ -209,7 +209,7 @@ impl Tree {
                 "mb" => Axis::Tilt,
                 "mc" => Axis::Turn,
                 other => {
-                    let why = format!("{other:?} turns no bed; known are mb and mc");
+                    let why = format!("{other:?} does not turn the bed; use mb or mc");
                     return Err(ImportError::At { place: machine.place(&path), why });
                 }
             };
