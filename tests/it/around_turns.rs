@@ -7,7 +7,7 @@ use serde_json::Value;
 use trunnion::profile::resolve;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, said, trunnion};
+use crate::support::{coded, fails, folder, said, states, trunnion};
 
 const BRAKE: &str = "extends = \"generic-ac\"\n[machine]\nname = \"braked\"\n[transition]\nbefore_turn = \"\"\"\nM400\nM42 P5 S255\nG4 P200\"\"\"\n\
                      after_turn = \"\"\"\nM400\nM42 P5 S0\"\"\"\n";
@@ -92,19 +92,18 @@ fn a_file_that_lacks_one_or_has_one_elsewhere_is_found() {
         let mut without = lines.clone();
         without.remove(at);
         let findings = found(&changed, &plan, &joined(without));
-        assert!(findings.iter().any(|f| f.starts_with("command: the [transition] ")), "line {at}: {findings:?}");
+        assert!(
+            findings.iter().any(|f| f.starts_with("command: ") && states(f, "[transition]")),
+            "line {at}: {findings:?}"
+        );
     }
     // The brake let go while the part is printed, and a pin that is none of these.
     let printing = (own[2]..).find(|&i| lines[i].starts_with("G1 X") && lines[i].contains(" E")).unwrap() + 1;
-    for (line, words) in [
-        ("M42 P5 S255", "is where the table does not turn"),
-        ("M42 P5 S0", "is where the table does not turn"),
-        ("M42 P6 S0", "M42 switches a pin"),
-    ] {
+    for (line, words) in [("M42 P5 S255", "table"), ("M42 P5 S0", "table"), ("M42 P6 S0", "M42 | pin")] {
         let mut stray = lines.clone();
         stray.insert(printing, line);
         let findings = found(&changed, &plan, &joined(stray));
-        assert!(findings.iter().any(|f| f.contains(words)), "{line}: {findings:?}");
+        assert!(findings.iter().any(|f| f.starts_with("command: ") && states(f, words)), "{line}: {findings:?}");
     }
 }
 
@@ -117,39 +116,38 @@ fn lines_that_leave_something_else_behind_are_refused() {
             ""
         };
         let text = format!("{start}[transition]\n{key} = \"\"\"\n{line}\"\"\"\n");
-        resolve("mine.toml", &text).err().map_or_else(String::new, |e| e.to_string())
+        resolve("mine.toml", &text).err().map_or_else(String::new, |e| coded((&e).into(), &e))
     };
     for line in ["M400", "M42 P5 S255", "G4 P100", "M117 turning", "M204 P500"] {
         assert_eq!(checked("marlin", "before_turn", line), "", "{line}");
     }
     for (line, words) in [
-        ("G1 X5", "it moves, or changes how moves are read"),
-        ("G91", "it moves, or changes how moves are read"),
-        ("G92 E0", "it moves, or changes how moves are read"),
-        ("G28", "it homes"),
-        ("M84", "it switches the motors off"),
-        ("M104 S0", "it changes heat, fans, flow or filament"),
-        ("M106 S0", "it changes heat, fans, flow or filament"),
-        ("G10", "it changes heat, fans, flow or filament"),
-        ("M206 Z1", "it shifts all later coordinates"),
-        ("BRAKE_ON", "what BRAKE_ON does is unknown for this firmware"),
-        ("M999999", "what M999999 does is unknown for this firmware"),
+        ("G1 X5", "moves"),
+        ("G91", "moves"),
+        ("G92 E0", "moves"),
+        ("G28", "homes"),
+        ("M84", "motors"),
+        ("M104 S0", "heat, fans"),
+        ("M106 S0", "heat, fans"),
+        ("G10", "heat, fans"),
+        ("M206 Z1", "coordinates"),
+        ("BRAKE_ON", "BRAKE_ON | firmware"),
+        ("M999999", "M999999 | firmware"),
     ] {
         for key in ["before_turn", "after_turn"] {
             let text = checked("marlin", key, line);
-            assert!(text.contains(words) && text.contains(&format!("transition.{key}")), "{line}: {text}");
+            assert!(fails(&text, &format!("profile/code: transition.{key} | \"{line}\" | {words}")), "{line}: {text}");
         }
     }
     assert_eq!(checked("klipper", "before_turn", "MANUAL_STEPPER STEPPER=brake MOVE=5 SPEED=10"), "");
-    assert!(
-        checked("klipper", "before_turn", "MANUAL_STEPPER STEPPER=tilt MOVE=5")
-            .contains("may move an axis of the table")
-    );
-    assert!(
-        checked("klipper", "before_turn", "MANUAL_STEPPER STEPPER=brake GCODE_AXIS=B")
-            .contains("may move an axis of the table")
-    );
-    assert!(checked("klipper", "before_turn", "FORCE_MOVE STEPPER=stepper_x").contains("moves the machine in a way"));
+    for (line, words) in [
+        ("MANUAL_STEPPER STEPPER=tilt MOVE=5", "table"),
+        ("MANUAL_STEPPER STEPPER=brake GCODE_AXIS=B", "table"),
+        ("FORCE_MOVE STEPPER=stepper_x", "machine"),
+    ] {
+        let text = checked("klipper", "before_turn", line);
+        assert!(fails(&text, &format!("profile/code: transition.before_turn | \"{line}\" | {words}")), "{text}");
+    }
 }
 
 const STEPPERS: &str = "extends = \"fractal-5-pro\"\n[machine]\nname = \"older\"\n[kinematics.tilt]\nstepper = \"tilt\"\n\

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::own_settings::{cube, files, planned, rewrite};
-use crate::support::{every, folder, installed, said, skip, trunnion};
+use crate::support::{every, folder, installed, said, skip, states, trunnion};
 
 /// What anybody has in his PrusaSlicer.
 const PRUSA: &str = "\
@@ -69,7 +69,7 @@ fn skirt_brim_and_prime_line_of_what_is_printed_first_on_the_table_are_kept_or_t
         let sliced = prusa(folder.path(), more);
         // On another bed, where the part does not stand in the middle.
         let run = rewrite(&sliced, &plan, &["--bed", "180x160"]);
-        assert!(run.status.success() && said(&run).contains("moved in the slicer"), "{name}: {}", said(&run));
+        assert!(run.status.success() && states(&said(&run), "moved | slicer"), "{name}: {}", said(&run));
         let run = rewrite(&sliced, &plan, &[]);
         assert!(run.status.success(), "{name}: {}", said(&run));
         let text = std::fs::read_to_string(folder.path().join("out.gcode")).unwrap();
@@ -200,7 +200,7 @@ fn a_pause_for_a_person_is_made_above_the_part() {
             let path = folder.path().join("changed.gcode");
             std::fs::write(&path, changed.join("\n") + "\n").unwrap();
             let run = trunnion().arg("verify").arg(&path).arg("--plan").arg(&plan).output().unwrap();
-            let wanted = run.status.code() == Some(1) && said(&run).contains("waits for a person");
+            let wanted = run.status.code() == Some(1) && states(&said(&run), "waits | person");
             assert!(wanted, "{pause}, {other}: {}", said(&run));
         }
     }

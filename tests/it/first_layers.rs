@@ -9,7 +9,7 @@ use trunnion::geom::Vec3;
 use trunnion::mesh::stl_binary_parts;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, installed, said, skip, trunnion};
+use crate::support::{fails, folder, installed, said, skip, trunnion};
 
 /// A post of two parts on each other: the upper one is printed upright on the lower one, `height` mm high.
 fn post(folder: &Path, height: f64) -> String {
@@ -241,7 +241,7 @@ fn what_cannot_be_is_refused_in_words() {
     let run = command.arg("-o").arg(&out).output().unwrap();
     let text = said(&run);
     assert!(!run.status.success() && !out.exists(), "{text}");
-    assert!(text.contains("overlap_mm = 0.1 takes more than half of it; set it to 0.060 or less"), "{text}");
+    assert!(fails(&text, "rewrite/pressed: 0.120 mm | overlap_mm = 0.1 | 0.060"), "{text}");
 }
 
 /// Slow first layers are in the time that a plan is priced by, before anything is sliced.

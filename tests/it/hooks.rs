@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::cura::through_cura;
 use crate::pipeline::fixture;
-use crate::support::{folder, installed, prusa_slicer, said, skip, trunnion};
+use crate::support::{fails, folder, installed, prusa_slicer, said, skip, states, trunnion};
 
 /// What any user would have in his profile for this: no first-layer extras, no start code, objects one by one.
 const CONFIG: &str = "\
@@ -336,13 +336,13 @@ fn what_is_finished_is_left_as_it_is() {
     assert!(run(&plan).status.success());
     let finished = std::fs::read(&file).unwrap();
     let again = run(&plan);
-    assert!(again.status.success() && said(&again).contains("already rewritten by this plan"), "{}", said(&again));
+    assert!(again.status.success() && states(&said(&again), "x.gcode | already rewritten"), "{}", said(&again));
     assert_eq!(std::fs::read(&file).unwrap(), finished);
     // By another plan it is another program; it stays too.
     let other = planned(folder.path(), "cube");
     let again = run(&other);
     assert_eq!(again.status.code(), Some(2));
-    assert!(said(&again).contains("is already a finished program of another plan"), "{}", said(&again));
+    assert!(fails(&said(&again), "job/other-plan: x.gcode"), "{}", said(&again));
     assert_eq!(std::fs::read(&file).unwrap(), finished);
     // Torn off it is no finished program, and cannot be one any more.
     std::fs::write(&file, &finished[..finished.len() / 2]).unwrap();

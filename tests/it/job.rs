@@ -17,7 +17,7 @@ use trunnion::slicing::{BuiltIn, Slicer, SlicerChoice};
 use trunnion::strategy;
 use trunnion::world::{FileError, NoSlicer};
 
-use crate::support::root;
+use crate::support::{coded, fails, root};
 
 /// Files that are on no disk.
 struct Shelf(BTreeMap<PathBuf, Vec<u8>>);
@@ -174,16 +174,18 @@ fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     let world = World::here(&Silent);
     let mut request = PlanRequest::new(fixture("two-boxes.stl"), "generic-ac");
     request.options.overhang_deg = Some(95.0);
-    assert_eq!(job::plan(&request, &world).unwrap_err().to_string(), "overhang 95 deg: must be 0..90");
+    let error = job::plan(&request, &world).unwrap_err();
+    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: overhang 95 deg | 0..90"), "{error}");
     let mut request = builtin();
     request.slicing.bed = [250.0, 9000.0].into();
-    let said = job::prepare(&request, &world).unwrap_err().to_string();
-    assert_eq!(said, "bed 9000 mm: must be 0..5000");
+    let error = job::prepare(&request, &world).unwrap_err();
+    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: bed 9000 mm | 0..5000"), "{error}");
     // A machine in code is held to what a file may hold: by itself, and one key against the other.
     let mut machine = generic();
     machine.kinematics.tilt.direction = 2;
-    let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();
-    assert_eq!(said, "profile generic-ac: kinematics.tilt.direction = 2: must be 1 or -1");
+    let error = job::load_profile(&MachineSource::from(machine), &world).unwrap_err();
+    let wanted = "profile/range: profile generic-ac | kinematics.tilt.direction | 2 | 1 or -1";
+    assert!(fails(&coded(error.code(), &error), wanted), "{error}");
     let mut machine = generic();
     machine.limits.z_mm = [300.0, 0.0];
     let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();

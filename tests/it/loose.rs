@@ -10,7 +10,7 @@ use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary_parts};
 
 use crate::split::solids::{Shape, block, rod};
-use crate::support::{every, folder as new_folder, installed, note, root, skip, trunnion};
+use crate::support::{every, fails, folder as new_folder, installed, note, root, skip, states, trunnion};
 
 fn run(folder: &Path, args: &[&str]) -> Output {
     trunnion().current_dir(folder).args(args).output().unwrap()
@@ -118,17 +118,18 @@ fn what_is_too_far_apart_is_told_with_its_distance() {
     let done = prepared(here, "tree.stl", &[]);
     let told = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(!done.status.success() && !here.join("out.gcode").exists());
-    assert!(told.contains("the nearest is part") && told.contains("0.30 mm away") && told.contains("--snap"), "{told}");
+    assert!(fails(&told, "plan/floating: part 0 | 0.30 mm | --snap"), "{told}");
     assert!(prepared(here, "tree.stl", &["--snap", "0.3"]).status.success());
-    for (snap, says) in [("1.5", "0..1"), ("-0.1", "0..1")] {
+    for snap in ["1.5", "-0.1"] {
         let done = prepared(here, "tree.stl", &[&format!("--snap={snap}")]);
-        assert!(String::from_utf8_lossy(&done.stderr).contains(says), "{snap}");
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert!(fails(&said, &format!("setting/out-of-range: --snap {snap} mm | 0..1")), "{said}");
     }
     written(here, "over.stl", &tree(-0.3));
     let done = prepared(here, "over.stl", &["--snap", "0"]);
     assert!(!done.status.success(), "as drawn: {}", String::from_utf8_lossy(&done.stderr));
     let inspected = run(here, &["inspect", "tree.stl"]);
-    assert!(String::from_utf8_lossy(&inspected.stdout).contains("part 1 is 0.30 mm away from part 0"));
+    assert!(states(&String::from_utf8_lossy(&inspected.stdout), "part 1 | 0.30 mm | part 0"));
     // Two bars through each other: neither stays whole.
     written(
         here,
@@ -136,7 +137,7 @@ fn what_is_too_far_apart_is_told_with_its_distance() {
         &[boxed([-20.0, -3.0, 0.0], [20.0, 3.0, 6.0]), boxed([-3.0, -20.0, 0.0], [3.0, 20.0, 6.0])],
     );
     let done = prepared(here, "cross.stl", &[]);
-    assert!(String::from_utf8_lossy(&done.stderr).contains("and neither stays in one piece without it"), "{done:?}");
+    assert!(fails(&String::from_utf8_lossy(&done.stderr), "assembly/pieces: parts 0 | 216.00 mm3"), "{done:?}");
 }
 
 /// A pipe along z and a round arm drawn into it, leaning by so much from the upright.
@@ -184,15 +185,15 @@ fn models_are_turned_and_stand_beside_each_other() {
     let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     assert!((model.parts[0].mesh.bounds().size().z - 50.0).abs() < 1e-9);
     for (more, says) in [
-        (["--up", "0,0,0"], "has no direction"),
-        (["--up", "0,0"], "three numbers"),
-        (["--up", "best"], "must be auto or three numbers separated by commas"),
-        (["--base", "3"], "parts 0..0"),
-        (["--gap", "0"], "0.5..500"),
+        (["--up", "0,0,0"], "setting/direction: --up 0,0,0"),
+        (["--up", "0,0"], "command/usage: '--up <X,Y,Z>' | '0,0' | 0,0,1"),
+        (["--up", "best"], "command/usage: '--up <X,Y,Z>' | 'best' | auto"),
+        (["--base", "3"], "setting/no-such-part: 3 | tee.stl | 0..0"),
+        (["--gap", "0"], "setting/out-of-range: --gap 0 mm | 0.5..500"),
     ] {
         let done = plan(&more);
         assert!(!done.status.success());
-        assert!(String::from_utf8_lossy(&done.stderr).contains(says), "{more:?}: {done:?}");
+        assert!(fails(&String::from_utf8_lossy(&done.stderr), says), "{more:?}: {done:?}");
     }
     // Laid down, as a person would print them; each model by itself.
     let chosen = plan(&["--up", "auto", "slab.stl"]);
@@ -202,14 +203,17 @@ fn models_are_turned_and_stand_beside_each_other() {
     assert!(chosen.status.success(), "{}", String::from_utf8_lossy(&chosen.stderr));
     let document: Value = serde_json::from_slice(&chosen.stdout).unwrap();
     let changes = document["arranged"]["changes"].as_array().unwrap();
-    assert!(changes[0].as_str().unwrap().contains("1.0000, 0.0000) up, as orient recommends"), "{changes:?}");
-    assert!(changes[1].as_str().unwrap().starts_with("slab.stl stands with ("), "{changes:?}");
+    assert!(states(changes[0].as_str().unwrap(), "1.0000, 0.0000) up | orient"), "{changes:?}");
+    assert!(changes[1].as_str().unwrap().starts_with("slab.stl "), "{changes:?}");
     let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     let heights: Vec<f64> = model.parts.iter().map(|part| part.mesh.bounds().size().z).collect();
     assert!((heights[0] - 10.0).abs() < 1e-6 && (heights[1] - 2.0).abs() < 1e-6, "{heights:?}");
     written(here, "two.stl", &[boxed([0.0; 3], [9.0; 3]), boxed([0.0, 0.0, 9.0], [9.0, 9.0, 20.0])]);
     let several = run(here, &["plan", "two.stl", "-m", "generic-ac", "-o", "two.json", "--up", "auto"]);
-    assert!(String::from_utf8_lossy(&several.stderr).contains("two.stl has 2 parts"), "{several:?}");
+    assert!(
+        fails(&String::from_utf8_lossy(&several.stderr), "setting/several-to-stand: two.stl | 2 parts"),
+        "{several:?}"
+    );
     written(here, "cube.stl", &[boxed([0.0; 3], [12.0; 3])]);
     written(here, "post.stl", &[boxed([5.0; 3], [15.0, 15.0, 45.0])]);
     let args =
@@ -221,7 +225,7 @@ fn models_are_turned_and_stand_beside_each_other() {
     let model = read_model(&fs::read(here.join("all.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     assert_eq!((model.parts.len(), model.on_table.len()), (4, 4));
     let twice = run(here, &["prepare", "cube.stl*0", "-m", "generic-ac", "-o", "none.gcode"]);
-    assert!(String::from_utf8_lossy(&twice.stderr).contains("between 1 and 1000"), "{twice:?}");
+    assert!(fails(&String::from_utf8_lossy(&twice.stderr), "setting/out-of-range: 1 and 1000 | got 0"), "{twice:?}");
     let many = run(here, &["prepare", "cube.stl*400", "-m", "generic-ac", "-o", "none.gcode"]);
     assert!(!many.status.success() && !here.join("none.gcode").exists());
 }
@@ -239,11 +243,11 @@ fn overlapping_shells_are_joined_and_cut_again() {
     let done = prepared(here, "tee.stl", &["--join", "--way", "cut"]);
     let told = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.success(), "{told}");
-    assert!(told.contains("part 1 was joined to part 0") && told.contains("cut by 2 planes"), "{told}");
+    assert!(states(&told, "part 1 | part 0") && states(&told, "2 planes"), "{told}");
     let document: Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 3);
     let both = prepared(here, "tee.stl", &["--join", "--snap", "0.1"]);
-    assert!(String::from_utf8_lossy(&both.stderr).contains("cannot be used with"), "{both:?}");
+    assert!(fails(&String::from_utf8_lossy(&both.stderr), "command/usage: '--join' | '--snap <MM>'"), "{both:?}");
 }
 
 /// The candelabrum as one solid: what somebody would have drawn who has never heard of several parts.
@@ -307,7 +311,7 @@ fn parts_that_have_no_plan_and_one_as_one_solid_are_told_to_be_joined() {
     // Nobody has to ask for what every slicer does.
     let one = prepared(here, "caged.stl", &[]);
     let told = String::from_utf8_lossy(&one.stderr).into_owned();
-    assert!(one.status.success() && told.contains("was joined to"), "{told}");
+    assert!(one.status.success() && states(&told, "joined to"), "{told}");
     // Where it was asked for, it is not proposed.
     let joined = run(here, &["plan", "caged.stl", "-m", "generic-ac", "--join", "--json"]);
     assert!(!String::from_utf8_lossy(&joined.stdout).contains("\"join\""));

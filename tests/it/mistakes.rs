@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::pipeline::fixture;
-use crate::support::{error_in, folder as new_folder, said, trunnion};
+use crate::support::{error_in, fails, folder as new_folder, said, trunnion};
 
 /// What is typed, the code, and what has to be in the words that answer.
 const MISTAKES: [(&str, &str, &str); 21] = [
@@ -81,7 +81,7 @@ fn a_strangers_first_mistakes_are_answered_in_three_lines() {
     let run = trunnion().current_dir(here).args(verify).output().unwrap();
     assert!(run.status.code() == Some(1) && run.stdout.is_empty(), "{}", said(&run));
     let text = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert!(text.lines().count() == 1 && text.contains("pass the plan that made it"), "{text}");
+    assert!(text.lines().count() == 1 && fails(&text, "command/no: made.gcode | hash | --json"), "{text}");
     let document = trunnion().current_dir(here).args(verify).arg("--json").output().unwrap();
     let document: Value = serde_json::from_slice(&document.stdout).unwrap();
     assert!(!document["findings"].as_array().unwrap().is_empty());

@@ -410,5 +410,5 @@ fn a_part_without_an_orientation_is_named() {
     let (objective, search) = (Staircase { layer_mm: 0.2 }, Multistart::default());
     let options = Options::new(&goal, &objective, &search);
     let refused = plan(&workpiece, &machine([-90.0, 90.0]), &[Vec::new()], &options).unwrap_err();
-    assert!(refused.to_string().contains("part 0 (alone) has no candidate orientation"), "{refused}");
+    assert!(refused.to_string().contains("part 0 (alone)"), "{refused}");
 }

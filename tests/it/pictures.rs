@@ -6,7 +6,7 @@ use trunnion::mesh::stl_binary;
 
 use crate::pipeline::fixture;
 use crate::split::solids;
-use crate::support::{folder, root, said, trunnion};
+use crate::support::{fails, folder, root, said, trunnion};
 
 /// What the README of the fixtures shows, of which model, and how it is made; the code that the command ends with.
 const SHEETS: [(&str, &str, &[&str], i32); 6] = [
@@ -119,7 +119,7 @@ fn a_picture_is_what_its_name_ends_with() {
             let run = trunnion().args(args).arg(at(name)).current_dir(folder.path()).output().unwrap();
             assert_eq!(run.status.code(), Some(2), "{args:?} {name}: {}", said(&run));
             let text = String::from_utf8_lossy(&run.stderr);
-            assert!(text.contains(": unsupported file type; use .svg, .png, .pdf"), "{args:?} {name}: {text}");
+            assert!(fails(&text, &format!("setting/ending: {name} | .svg, .png, .pdf")), "{args:?} {name}: {text}");
             assert!(!at(name).exists() && !at("x.gcode").exists(), "{args:?} {name}");
         }
     }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use trunnion::mesh::{stl_binary, stl_binary_parts};
 
 use crate::split::solids::{self, Shape};
-use crate::support::{folder, installed, said, skip, trunnion};
+use crate::support::{folder, installed, said, skip, states, trunnion};
 
 fn written(folder: &Path, name: &str, shape: &Shape) -> String {
     let path = folder.join(format!("{name}.stl"));
@@ -125,7 +125,7 @@ fn a_bridge_of_12_mm_is_printed_and_one_of_40_is_refused_with_its_place() {
     let reasons = document["reasons"].as_array().unwrap();
     let upright = reasons.iter().find(|r| r["orientation"][2].as_f64().unwrap() > 0.999).unwrap();
     let text = upright["text"].as_str().unwrap();
-    assert!(text.contains("ceiling 39.3 x 10.0 mm; a bridge may span 14 mm between two supported ends"), "{text}");
+    assert!(states(text, "39.3 x 10.0 mm | 14 mm"), "{text}");
     assert!(text.contains("near (0, 0, 30) mm"), "{text}");
     let hangs = &upright["hangs"];
     assert!((hangs["area_mm2"].as_f64().unwrap() - 393.0).abs() < 1.0, "{hangs}");
@@ -224,7 +224,7 @@ fn a_fillet_below_is_printed_as_drawn_and_droops() {
     }
     // Where nothing is to droop, and where a steeper slope is said to be fine.
     let (why, _) = refused(folder.path(), "fillet-5", &rounded(5.0), &["--finish", "fine"]);
-    assert!(why.contains("mm2 would be printed in mid-air") && why.contains("mm:"), "{why}");
+    assert!(states(&why, "mm2 | mm"), "{why}");
     is_verified(folder.path(), "fillet-5", &rounded(5.0), &["--finish", "fine", "--overhang", "72"]);
 }
 
@@ -239,7 +239,7 @@ fn one_solid_that_has_no_plan_is_cut_and_says_so() {
         let done = is_verified(folder.path(), name, &shape, &["--way", "cut"]);
         let cut = &done["cut"];
         assert_eq!(cut["planes"].as_array().map(Vec::len), Some(cuts), "{name}: {cut}");
-        assert_eq!(cut["reason"], "another way was requested (--way)", "{name}: {cut}");
+        assert!(states(cut["reason"].as_str().unwrap(), "--way"), "{name}: {cut}");
         for cost in ["seam_mm2", "seconds_print", "filament_mm"] {
             assert!(cut[cost].as_f64().unwrap() > 0.0, "{name}: {cost}");
         }
@@ -260,7 +260,7 @@ fn one_solid_that_has_no_plan_is_cut_and_says_so() {
             run(&[&["prepare", &model, "-m", "generic-ac", "--slicer", slicer, "-o", &out][..], &CUT_AT_40].concat());
         assert!(said.contains("slot 1"), "{said}");
         assert!(code == Some(0) || said.contains("findings") || said.contains("1 finding"), "{slicer}: {said}");
-        assert!(!said.contains("in-air") && !said.contains("mm of line are printed in mid-air"), "{slicer}: {said}");
+        assert!(!said.contains("in-air") && !said.contains("mid-air"), "{slicer}: {said}");
     }
     // Not where it is not wanted: then the parts are not written either.
     let (model, out) = (written(folder.path(), "whole", &solids::tee()), folder.path().join("whole.gcode"));

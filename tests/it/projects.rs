@@ -9,7 +9,7 @@ use trunnion::motion::replay::{Controller, Reading, Step};
 
 use crate::own_settings::{files, rewrite};
 use crate::pipeline::fixture;
-use crate::support::{every, folder, installed, prusa_slicer, said, skip, trunnion};
+use crate::support::{every, fails, folder, installed, prusa_slicer, said, skip, states, trunnion};
 
 /// A plan of `model` with its project (and meshes) in `folder`.
 fn project(folder: &Path, model: &str, bed: &str) -> PathBuf {
@@ -81,7 +81,7 @@ fn a_project_is_sliced_to_a_verified_file_without_a_click() {
         let plan = project(folder.path(), model, bed);
         let (run, bytes) = sliced(&folder.path().join("project.3mf"), &["--dont-arrange"]);
         assert!(run.status.success() && is_finished(&bytes), "{model}: {}", said(&run));
-        assert!(!said(&run).contains("moved in the slicer"), "{model}: {}", said(&run));
+        assert!(!states(&said(&run), "moved | slicer"), "{model}: {}", said(&run));
         // And the window may be told to arrange them: they are found where they are.
         if model != "candelabrum" {
             let (run, bytes) = sliced(&folder.path().join("project.3mf"), &[]);
@@ -142,7 +142,7 @@ fn prints_that_do_not_fit_side_by_side_come_in_several_projects() {
     let run =
         trunnion().arg("slice").arg(&plan).args(["--meshes-only", "--bed", "15x15", "-o"]).arg(folder.path()).output();
     let run = run.unwrap();
-    assert!(run.status.code() == Some(2) && said(&run).contains("slicer's bed is 15 x 15 mm"), "{}", said(&run));
+    assert!(run.status.code() == Some(2) && fails(&said(&run), "job/off-bed: 15 x 15 mm"), "{}", said(&run));
 }
 
 /// The project with each build item under a transform, as the window writes it for what was moved, turned, scaled or mirrored.

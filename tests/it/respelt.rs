@@ -12,7 +12,7 @@ use crate::own_settings::rewrite;
 use crate::pipeline::fixture;
 use crate::sliced_files::unpack;
 use crate::split::solids;
-use crate::support::{Numbers, folder, said, seeds, trunnion};
+use crate::support::{Numbers, folder, said, seeds, states, trunnion};
 
 /// A line that is laid: both ends, filament, and the way to the centre of an arc.
 type Laid = ([Vec3; 2], f64, Option<[f64; 2]>);
@@ -307,7 +307,7 @@ fn a_print_is_found_wherever_it_was_moved_or_turned() {
     for turn in [0.0, 90.0, 180.0, -33.7, 12.34, 0.8, -121.9] {
         let shift = [0.0; 2].map(|_| numbers.between(-300.0, 300.0));
         let (told, code, out) = rewritten(&transformed(&text, [1.0; 2], turn, shift));
-        assert!(code == Some(0) && told.contains("moved in the slicer"), "{turn}: {told}");
+        assert!(code == Some(0) && states(&told, "moved | slicer"), "{turn}: {told}");
         let out = laid(&out);
         assert_eq!(out.len(), wanted.len());
         for (a, b) in out.iter().zip(&wanted) {

@@ -9,7 +9,7 @@ use trunnion::geom::{Object, Rigid, Vec3};
 use trunnion::mesh::{TriangleMesh, stl_binary, stl_binary_parts};
 
 use crate::split::solids::{Shape, all, block};
-use crate::support::{folder as new_folder, installed, note, skip, trunnion};
+use crate::support::{folder as new_folder, installed, note, skip, states, trunnion};
 
 fn run(folder: &Path, args: &[&str]) -> Output {
     trunnion().current_dir(folder).args(args).output().unwrap()
@@ -66,7 +66,7 @@ fn each_solid_is_cut_as_it_would_be_alone_and_copies_alike() {
             document["plan"]["parts"].as_array().unwrap().iter().map(|part| part["name"].as_str().unwrap()).collect();
         assert_eq!(parts.len(), 7, "{parts:?}");
         assert!(parts.contains(&"3-block") || parts[6].starts_with("3-"), "{parts:?}");
-        assert!(told(&done).contains("2 solids cut by 4 planes into 6 parts"), "{}", told(&done));
+        assert!(states(&told(&done), "2 solids | 4 planes | 6 parts"), "{}", told(&done));
         assert!(here.join("out.parts.3mf").is_file());
         note(&format!("{slicer}: {}", document["verify"]["seconds_print"]));
     }
@@ -85,7 +85,7 @@ fn all_stand_on_supports_where_cutting_is_not_wanted() {
     assert_eq!(parts, [0, 1], "the block wants none");
     let sum: f64 = held.iter().map(|held| held["volume_mm3"].as_f64().unwrap()).sum();
     assert!((document["supports"]["volume_mm3"].as_f64().unwrap() - sum).abs() < 1e-6 * sum);
-    assert!(told(&done).contains("2 parts on supports of"), "{}", told(&done));
+    assert!(states(&told(&done), "2 parts | supports | mm3"), "{}", told(&done));
 }
 
 /// Several shells in one file, as STL has them.
@@ -139,5 +139,5 @@ fn what_stands_in_the_way_of_the_others_is_told() {
     // More room is given by itself, but not where somebody said how much.
     files(here);
     let said = refusal(here, &["tee.stl*2", "block.stl", "--gap", "10", "--supports", "never"]);
-    assert!(said.contains("place them farther apart"), "{said}");
+    assert!(states(&said, "(--gap)"), "{said}");
 }

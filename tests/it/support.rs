@@ -217,6 +217,65 @@ pub(crate) fn first_error(text: &str) -> (&str, &str) {
     text.lines().find_map(error_in).unwrap_or_else(|| panic!("no error line: {text}"))
 }
 
+/// Whether `text` has `fact`, and not only as a part of a longer word, number or place: `a.ini:2` is not in `a.ini:25`.
+fn has(text: &str, fact: &str) -> bool {
+    let part = |c: Option<char>, beyond: Option<char>, edge: Option<char>| {
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        let word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        word(c) && word(edge) || c == Some('.') && digit(beyond) && digit(edge)
+    };
+    text.match_indices(fact).any(|(at, _)| {
+        let (mut before, mut after) = (text[..at].chars().rev(), text[at + fact.len()..].chars());
+        !part(before.next(), before.next(), fact.chars().next())
+            && !part(after.next(), after.next(), fact.chars().last())
+    })
+}
+
+/// Whether one line of `text` has all of `facts`, which ` | ` parts: names, numbers, places. The words around them are free.
+pub(crate) fn states(text: &str, facts: &str) -> bool {
+    text.lines().any(|line| facts.split(" | ").all(|fact| has(line, fact)))
+}
+
+/// Whether `text` has a failure as the command prints it, given as `CODE` or `CODE: FACT | FACT`: its code in front (none before those of the
+/// command itself), and all facts in what follows.
+pub(crate) fn fails(text: &str, wanted: &str) -> bool {
+    let (code, facts) = wanted.split_once(": ").unwrap_or((wanted, ""));
+    let mark = if code.starts_with("command/") { "error: ".to_owned() } else { format!("error[{code}]: ") };
+    let mut rest = text;
+    while let Some(at) = rest.find(&mark) {
+        rest = &rest[at + "error[".len()..];
+        if facts.split(" | ").all(|fact| has(rest, fact)) {
+            return true;
+        }
+    }
+    false
+}
+
+/// A failure of the library as the command would print it, for [`fails`].
+pub(crate) fn coded(code: &str, error: &impl std::fmt::Display) -> String {
+    format!("error[{code}]: {error}")
+}
+
+#[test]
+fn a_failure_is_its_code_and_its_facts() {
+    let text = "note: x\nerror[mesh/open]: a.stl:12: 3 open edges at 1.5 mm\nhelp: --no-repair";
+    for wanted in ["mesh/open", "mesh/open: a.stl:12 | 3 | 1.5 mm", "mesh/open: --no-repair | open"] {
+        assert!(fails(text, wanted), "{wanted}");
+    }
+    for other in [
+        "mesh/flat",
+        "mesh/ope",
+        "mesh/open: a.stl:1",
+        "mesh/open: 5",
+        "mesh/open: 1",
+        "mesh/open: 3 | 4",
+        "mesh/open: note",
+    ] {
+        assert!(!fails(text, other), "{other}");
+    }
+    assert!(states(text, "a.stl:12 | 3") && !states(text, "a.stl:12 | --no-repair") && !states("ab 2.5", "2"));
+}
+
 /// Numbers that are the same on every machine, so that a failure can be repeated from its seed.
 pub(crate) struct Numbers(SplitMix64);
 

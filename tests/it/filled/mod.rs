@@ -19,7 +19,7 @@ use trunnion::slicing::{
 };
 
 use crate::split::solids;
-use crate::support::{every, folder, installed, note, said, skip, trunnion};
+use crate::support::{every, fails, folder, installed, note, said, skip, states, trunnion};
 use raster::{Sums, beads, judged};
 use shapes::Named;
 
@@ -166,10 +166,10 @@ fn what_is_left_out_is_told_by_the_command_and_too_much_of_it_refused() {
     );
     assert_eq!(left["layers"], 25);
     assert!(left["print"].as_str().unwrap().starts_with("print-00-"));
-    assert!(document["warnings"][0].as_str().unwrap().contains("0.50 % of the part"), "{}", said(&told));
+    assert!(states(document["warnings"][0].as_str().unwrap(), "print-00-box | 0.50 %"), "{}", said(&told));
     assert!(String::from_utf8_lossy(&told.stderr).contains("warning: print-00-"), "{}", said(&told));
     std::fs::remove_file(&output).unwrap();
     let refused = prepared(1.5);
     assert_eq!(refused.status.code(), Some(3), "{}", said(&refused));
-    assert!(said(&refused).contains("at most 5 % may be missing") && !output.exists(), "{}", said(&refused));
+    assert!(fails(&said(&refused), "slice/left-out: 5 %") && !output.exists(), "{}", said(&refused));
 }

@@ -10,7 +10,7 @@ use trunnion::motion::Pose;
 use trunnion::profile::Profile;
 
 use super::{import, lay, request, with_rest};
-use crate::support::{Numbers, folder};
+use crate::support::{Numbers, fails, folder, states};
 
 /// A machine as the program writes it, without the tree that later versions add.
 pub(crate) fn machine() -> Value {
@@ -104,7 +104,7 @@ fn all_that_the_file_says_is_in_the_profile_and_what_it_does_not_say_is_asked() 
     // The head is measured: nothing says any more that it is another's.
     let text = done.text(None, &trunnion::job::World::here(&trunnion::job::Silent));
     assert!(
-        !text.contains("is that profile's") && text.contains("dialect.start, dialect.end and link.rehome"),
+        !states(&text, "# | [[head.body]]") && text.contains("dialect.start, dialect.end and link.rehome"),
         "{text}"
     );
     assert!(!text.contains("table.thickness_mm, dialect") && text.contains("\n    { kind = \"box\", max_mm"), "{text}");
@@ -117,7 +117,7 @@ fn all_that_the_file_says_is_in_the_profile_and_what_it_does_not_say_is_asked() 
     let folder = folder();
     lay(folder.path(), &vec![("machine.json", written)]);
     let untold = import(&request(folder.path(), &["machine.json"])).unwrap_err();
-    assert!(untold.starts_with("not in these files: dialect.firmware ("), "{untold}");
+    assert!(fails(&untold, "job/untold: dialect.firmware"), "{untold}");
 }
 
 /// `toPart` of the program.
@@ -254,36 +254,36 @@ fn what_no_profile_can_say_is_a_note_and_the_rest_is_conservative() {
     let head = piece("X", 30.0, 4.0);
     let of = |more: Vec<Value>| told(&lengthened(machine(), [vec![head.clone()], more].concat())).unwrap();
     let note = |done: &trunnion::job::ImportedProfile, words: &str| {
-        assert!(done.notes.len() == 1 && done.notes[0].contains(words), "{words}: {:?}", done.notes);
+        assert!(done.notes.len() == 1 && states(&done.notes[0], words), "{words}: {:?}", done.notes);
     };
     // What turns with the plate: the table grows, and what is printed on does not.
     let wide = of(vec![piece("C", -5.0, 96.0)]);
     let table = &wide.profile.table;
     assert_eq!((table.size_mm, table.keep_out_mm, table.thickness_mm), (Some([96.0, 80.0]), 5.0, 7.0));
     assert_eq!(of(Vec::new()).profile.table.keep_out_mm, 2.0);
-    note(&of(vec![piece("C", 3.0, 4.0)]), "reaches 5.00 mm above the plate and turns with it");
-    note(&of(vec![piece("B", -30.0, 4.0)]), "tilts with the table and does not turn with it");
+    note(&of(vec![piece("C", 3.0, 4.0)]), "C box 2 | 5.00 mm");
+    note(&of(vec![piece("B", -30.0, 4.0)]), "B box 2 | tilts");
     let bare = told(&lengthened(machine(), vec![piece("Y", 52.0, 200.0)])).unwrap();
-    note(&bare, "no piece belongs to part X, which carries the nozzle: the head's shape is unknown");
+    note(&bare, "part X");
     assert!(stated(&bare, "head.body").is_none());
     // Both versions of the file that comes with the program are like this; they do not agree on the tilt.
     for (tilt, beds, wanted) in [
         (false, [([0, 0, -1], false), ([0, 1, 0], false)], None),
-        (true, [([0, 0, 1], false), ([0, 1, 0], true)], Some("the table's direction is unknown")),
-        (true, [([0, 0, -1], false), ([0, 1, 0], false)], Some("(part B)")),
-        (false, [([0, 0, -1], false), ([0, -1, 0], false)], Some("(bedRotAxes)")),
+        (true, [([0, 0, 1], false), ([0, 1, 0], true)], Some("part B | bedRotAxes | direction")),
+        (true, [([0, 0, -1], false), ([0, 1, 0], false)], Some("(part B) | direction")),
+        (false, [([0, 0, -1], false), ([0, -1, 0], false)], Some("(bedRotAxes) | direction")),
     ] {
         let mut machine = machine();
         machine["kinematics"] = tree(tilt, beds);
         let done = told(&machine).unwrap();
         assert_eq!(stated(&done, "kinematics.tilt.direction").is_some(), wanted.is_none(), "{tilt} {beds:?}");
         assert_eq!(stated(&done, "kinematics.rotation.direction").is_none(), wanted.is_some());
-        assert!(wanted.is_none_or(|words| done.notes[0].contains(words)), "{:?}", done.notes);
+        assert!(wanted.is_none_or(|words| states(&done.notes[0], words)), "{:?}", done.notes);
     }
     let mut moved = machine();
     moved["machineOffset"]["y"] = json!(4.0);
     let moved = told(&moved).unwrap();
-    note(&moved, "the position of the tilt axis is unknown");
+    note(&moved, "machineOffset | tilt axis");
     assert!(stated(&moved, "kinematics.pivot_mm").is_none());
     assert_eq!(moved.profile.head.body[2].min_mm, Some([-100.0, 24.0, 42.0]));
     let mut stops = machine();
@@ -298,11 +298,11 @@ fn the_pieces_of_collision_json_go_over_those_of_the_machine() {
     lay(folder.path(), &vec![("machine.json", machine().to_string()), ("collision.json", pieces.to_string())]);
     let done = with_rest(folder.path(), &["collision.json", "machine.json"], &[]).unwrap();
     assert_eq!(done.profile.head.body.len(), 3);
-    assert!(done.notes.len() == 1 && done.notes[0].contains("collision.json count"), "{:?}", done.notes);
+    assert!(done.notes.len() == 1 && states(&done.notes[0], "collision.json"), "{:?}", done.notes);
     let alone = with_rest(folder.path(), &["collision.json"], &[]).unwrap_err();
-    assert!(alone.contains("add machine.json"), "{alone}");
+    assert!(fails(&alone, "import/file: collision.json | machine.json"), "{alone}");
     let twice = with_rest(folder.path(), &["machine.json", "machine.json"], &[]).unwrap_err();
-    assert!(twice.contains("the same of another machine"), "{twice}");
+    assert!(fails(&twice, "import/file: machine.json"), "{twice}");
 }
 
 #[test]
@@ -315,57 +315,53 @@ fn what_makes_no_machine_is_refused_with_its_line() {
         with_rest(folder.path(), &["m.json"], &[]).expect_err(text)
     };
     for (from, to, wanted) in [
-        ("\"_version\": 1", "\"_version\": 2", "_version is 2, and only 1 is known"),
-        (
-            "\"nozzleDiameter\": 0.5",
-            "\"nozzleDiameter\": null",
-            "nozzleDiameter is \"null\" (the program's word for a field left empty)",
-        ),
-        ("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": \"fine\"", "expected a number"),
-        ("\"min\": -45", "\"min\": 60", "Y goes from 60"),
-        ("\"angle\": 45", "\"angle\": 90", "the cone's half angle is 90; it must be between 0 and 90 degrees"),
-        ("\"base\": 8", "\"base\": 0.5", "the base is wider than the tip"),
-        ("\"length\": 10", "\"length\": -1", "the shaft is -1 mm long"),
-        (
-            "\"type\": \"cylinder\"",
-            "\"type\": \"cone\"",
-            "\"cone\" is not a piece; known are box, cylinder, sphere and hull",
-        ),
-        ("\"part\": \"Y\"", "\"part\": \"Q\"", "there is no part \"Q\"; parts are Frame, Z, B, C, Y, X"),
-        ("\"sx\": 35", "\"sx\": 0", "sx is 0, and a piece has a size above 0"),
-        ("\"oy\": 7,", "\"oy\": 2,", "X cylinder 3 reaches 1.00 mm below the nozzle's tip"),
-        ("\"type\": \"cylinder\"", "\"type\": \"hull\"", "add it to hullPoints"),
-        ("\"d\": 80", "\"w\": 80", "buildplate.w is given twice"),
+        ("\"_version\": 1", "\"_version\": 2", "_version | 2 | 1"),
+        ("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": null", "nozzleDiameter | \"null\""),
+        ("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": \"fine\"", "number"),
+        ("\"min\": -45", "\"min\": 60", "Y | 60"),
+        ("\"angle\": 45", "\"angle\": 90", "half angle | 90 | 0 and 90"),
+        ("\"base\": 8", "\"base\": 0.5", "base | tip"),
+        ("\"length\": 10", "\"length\": -1", "shaft | -1 mm"),
+        ("\"type\": \"cylinder\"", "\"type\": \"cone\"", "\"cone\" | box, cylinder, sphere and hull"),
+        ("\"part\": \"Y\"", "\"part\": \"Q\"", "part \"Q\" | Frame, Z, B, C, Y, X"),
+        ("\"sx\": 35", "\"sx\": 0", "sx | 0"),
+        ("\"oy\": 7,", "\"oy\": 2,", "X cylinder 3 | 1.00 mm"),
+        ("\"type\": \"cylinder\"", "\"type\": \"hull\"", "hull | ox, oy or oz | hullPoints"),
+        ("\"d\": 80", "\"w\": 80", "buildplate.w | line 4"),
     ] {
         assert!(text.contains(from), "{from} is not in {text}");
         let said = says(&text.replacen(from, to, 1));
-        assert!(said.contains(wanted) && said.contains("m.json:"), "{from} -> {to}: {said}");
+        assert!(fails(&said, &format!("import/at: {wanted}")) && said.contains("m.json:"), "{from} -> {to}: {said}");
     }
     let said = says(&text.replacen("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": null", 1));
-    assert!(said.contains(&format!("m.json:{}: ", line("nozzleDiameter"))), "{said}");
-    assert!(says(&text[..text.len() / 2]).contains("not JSON"));
-    assert!(says("{\"a\": 1}").contains("not the configuration of a known firmware"));
-    assert!(says(&format!("{{\"limits\": {}{}}}", "[".repeat(5000), "]".repeat(5000))).contains("not JSON"));
+    assert!(fails(&said, &format!("import/at: m.json:{}", line("nozzleDiameter"))), "{said}");
+    assert!(fails(&says(&text[..text.len() / 2]), "import/at: m.json | JSON"));
+    assert!(fails(&says("{\"a\": 1}"), "import/file: m.json | [KINS]"));
+    let deep = says(&format!("{{\"limits\": {}{}}}", "[".repeat(5000), "]".repeat(5000)));
+    assert!(fails(&deep, "import/at: m.json | JSON"), "{deep}");
     // Trees that are none of such a table.
     let fine = [([0, 0, -1], false), ([0, 1, 0], false)];
     for (part, key, value, wanted) in [
-        (1, "parent", json!("C"), "is carried by itself"),
-        (1, "invert", json!(false), "towards lower Z"),
-        (4, "invert", json!(true), "towards lower Y"),
-        (2, "threeAxis", json!([1, 0, 0]), "is not along Y, which a profile needs; [0, 0, -1] is"),
-        (2, "gcode", json!("ma"), "known are linear parts of mx, my and mz, and rotary ones of mb and mc"),
-        (3, "parent", json!("Z"), "is not turned by mc on what mb tilts"),
-        (5, "parent", json!("B"), "which carries the nozzle, tilts or turns"),
-        (5, "parent", json!("Frame"), "neither bed nor nozzle moves along Y"),
-        (5, "parent", json!("W"), "there is no part \"W\""),
-        (5, "name", json!("Y"), "part \"Y\" is given twice"),
-        (4, "threeAxis", json!([0, 0]), "expected three numbers"),
-        (4, "invert", json!("no"), "expected true or false"),
+        (1, "parent", json!("C"), "part Z"),
+        (1, "invert", json!(false), "part Z | lower Z"),
+        (4, "invert", json!(true), "part Y | lower Y"),
+        (2, "threeAxis", json!([1, 0, 0]), "[1.0, 0.0, 0.0] | along Y | [0, 0, -1]"),
+        (2, "gcode", json!("ma"), "\"ma\" | mx, my and mz | mb and mc"),
+        (3, "parent", json!("Z"), "part C | mc | mb"),
+        (5, "parent", json!("B"), "part X | nozzle"),
+        (5, "parent", json!("Frame"), "Y | bed | nozzle"),
+        (5, "parent", json!("W"), "part \"W\""),
+        (5, "name", json!("Y"), "part \"Y\""),
+        (4, "threeAxis", json!([0, 0]), "threeAxis | three numbers"),
+        (4, "invert", json!("no"), "invert | true | false"),
     ] {
         let mut machine = machine();
         machine["kinematics"] = tree(false, fine);
         machine["kinematics"]["parts"][part][key] = value.clone();
         let said = told(&machine).expect_err(wanted);
-        assert!(said.contains(wanted) && said.starts_with("machine.json:"), "{part} {key} {value}: {said}");
+        assert!(
+            fails(&said, &format!("import/at: {wanted}")) && said.contains("machine.json:"),
+            "{part} {key} {value}: {said}"
+        );
     }
 }

@@ -11,6 +11,8 @@ use std::path::Path;
 
 use trunnion::job::{Answers, ImportProfile, ImportedProfile, Silent, Source, World, import_profile};
 
+use crate::support::coded;
+
 /// Files and what is in them.
 pub(crate) type Files = Vec<(&'static str, String)>;
 
@@ -29,8 +31,9 @@ fn request(folder: &Path, given: &[&str]) -> ImportProfile {
     ImportProfile { files, name: Some("mine".to_owned()), like: None, answers: Answers::default() }
 }
 
+/// The machine, or what the command would print.
 fn import(request: &ImportProfile) -> Result<ImportedProfile, String> {
-    import_profile(request, &World::here(&Silent)).map_err(|error| error.to_string())
+    import_profile(request, &World::here(&Silent)).map_err(|error| coded(error.code(), &error))
 }
 
 /// The same with whatever is not told as in the shipped profile; directions, which few firmwares state and none is kept of, are 1.

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use trunnion::link::sim::{Logged, Quirks, Script};
 use trunnion::link::{
-    Header, JournalSummary, Loopback, Notice, Outcome, Program, Protocol, Record, Sender, SenderSettings, StopReason,
+    Header, JournalSummary, Loopback, Notice, Outcome, Program, Protocol, Record, ReentryError, Sender, SenderSettings,
+    StopReason,
 };
 
 use super::bench_machine::{blocks, end, joined, program, settings, text};
@@ -246,10 +247,10 @@ fn a_killed_host_of_a_machine_that_counts_nothing_asks_for_a_look_at_the_part() 
     let program = part(Protocol::Grbl);
     let standing = JournalSummary::parse(&format!("{}run 1 0\nack 90 90\n", Header::default().to_text())).unwrap();
     let ask = |from| trunnion::link::Reentry::doubt(&program, &home(Protocol::Grbl), &standing, true, from);
-    let said = ask(None).unwrap_err().to_string();
-    assert!(said.contains("inspect the part and pass --from LINE") && said.contains("grbl"), "{said}");
+    let error = ask(None).unwrap_err();
+    assert!(matches!(error, ReentryError::Uncounted { protocol: "grbl", .. }), "{error}");
+    assert!(error.to_string().contains("--from LINE"), "{error}");
     let line = program.file_line(120);
     assert_eq!(ask(Some(line)), Ok(120..120));
-    let said = ask(Some(2)).unwrap_err().to_string();
-    assert!(said.contains("--from 2 is outside the uncertain range"), "{said}");
+    assert!(matches!(ask(Some(2)), Err(ReentryError::NotInDoubt { line: 2, .. })));
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::real::{executed, output, simulate, wanted};
-use crate::support::{folder, root, said, trunnion};
+use crate::support::{fails, folder, root, said, trunnion};
 
 /// Prepares the small tree; the file and its plan.
 fn prepare(dir: &Path, more: &[&str]) -> std::process::Output {
@@ -38,7 +38,11 @@ fn prepare_goes_on_to_the_printer_and_only_what_verifies_is_sent() {
     std::fs::write(&bad, format!("{}\nG1 X5 Y5 Z300 E3 F99999{}", &text[..at], &text[at..])).unwrap();
     let lines = executed(&log).len();
     let refused = send(&bad, &["--port", link.to_str().unwrap()]);
-    assert!(refused.status.code() == Some(1) && said(&refused).contains("nothing was sent"), "{}", said(&refused));
+    assert!(
+        refused.status.code() == Some(1) && fails(&said(&refused), "command/no: bad.gcode | 99999 mm/min | sent"),
+        "{}",
+        said(&refused)
+    );
     assert_eq!(executed(&log).len(), lines);
 }
 

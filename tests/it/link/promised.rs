@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::real::{assert_same, executed, output, plain, send, simulate, wait_for};
-use crate::support::{folder, said};
+use crate::support::{fails, folder, said, states};
 
 /// A machine of `protocol` whose profile does not say how to home with a part on the table.
 fn machine(dir: &Path, protocol: &str) -> PathBuf {
@@ -58,12 +58,12 @@ fn a_terminated_print_goes_on_from_where_the_printer_stands() {
         let paused = host.wait_with_output().unwrap();
         let words = said(&paused);
         assert!(
-            paused.status.code() == Some(4) && words.contains("continue with trunnion send --resume"),
+            paused.status.code() == Some(4) && fails(&words, "job/printer: trunnion send --resume"),
             "{protocol}: {words}"
         );
-        assert!(words.contains("leave the printer switched on: [link] rehome is empty"), "{protocol}: {words}");
+        assert!(fails(&words, "job/printer: [link] rehome"), "{protocol}: {words}");
         let done = output(send(&file, &machine, &link).arg("--resume"));
-        assert!(done.status.success() && said(&done).contains("has kept its position"), "{protocol}: {}", said(&done));
+        assert!(done.status.success() && states(&said(&done), "kept its position"), "{protocol}: {}", said(&done));
         let ours = |l: &&String| l.starts_with("G1X") && !l.contains('F');
         let text = std::fs::read_to_string(&file).unwrap();
         let all: Vec<String> = text.lines().map(plain).filter(|l| ours(&l)).collect();
@@ -80,8 +80,7 @@ fn a_resume_without_a_journal_says_where_it_looked() {
     let journal = dir.path().join("part.gcode.journal");
     assert!(
         lost.status.code() == Some(2)
-            && words.contains(&format!("{}: journal not found", journal.display()))
-            && words.contains("--journal FILE"),
+            && fails(&words, &format!("job/no-journal: {} | --journal FILE", journal.display())),
         "{:?} {words}",
         lost.status
     );
@@ -99,8 +98,7 @@ fn the_rehearsal_ends_with_1_where_the_printer_would_leave_something_undone() {
     };
     let cold = rehearse("G28\nM83\nG1 X5 F600\nG1 X9 E1\nG1 X12 E1\n");
     assert!(
-        cold.status.code() == Some(1)
-            && said(&cold).contains("did not execute line 4: cold extrusion prevented, and 1 more"),
+        cold.status.code() == Some(1) && states(&said(&cold), "line 4 | cold extrusion prevented | 1 more"),
         "{:?} {}",
         cold.status,
         said(&cold)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use super::real::{executed, output, profile, simulate, wanted};
-use crate::support::{folder, root, said, trunnion};
+use crate::support::{fails, folder, root, said, trunnion};
 
 /// Two boxes, the second on the side of the first: the file as sent, its plan beside it.
 fn prepared(dir: &Path, machine: &Path) -> PathBuf {
@@ -84,6 +84,6 @@ fn a_way_through_what_is_printed_is_refused_and_nothing_moves() {
     let file = prepared(dir.path(), &machine);
     let (resumed, _, after) = reset_at(dir.path(), &machine, &file, 600);
     assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
-    assert!(said(&resumed).contains("the path of the re-entry is not clear: "), "{}", said(&resumed));
+    assert!(fails(&said(&resumed), "job/printer: re-entry"), "{}", said(&resumed));
     assert!(after.is_empty(), "nothing may move: {after:?}");
 }

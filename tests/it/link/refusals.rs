@@ -97,6 +97,7 @@ fn a_klipper_that_is_shut_down_is_found_before_the_first_line_and_told_how_to_wa
     );
     let Some(Outcome::Stopped(why)) = sender.outcome() else { panic!("{:?}", sender.outcome()) };
     let said = why.to_string();
+    // Klipper's own words.
     assert!(said.contains("Timer too close") && said.contains("send FIRMWARE_RESTART"), "{said}");
     assert!(!sent(&mut sender, now).contains("G28"));
 }
@@ -117,5 +118,5 @@ fn what_is_not_understood_is_quoted_and_cannot_move_a_cursor() {
             other => panic!("{other:?}"),
         }
     );
-    assert!(said.contains("; its last answer, \"oui ?[2J\", is not understood"), "{said}");
+    assert!(said.contains("\"oui ?[2J\""), "{said}");
 }

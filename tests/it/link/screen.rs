@@ -192,8 +192,7 @@ fn ctrl_c_pauses_all_that_are_not_paused_and_stops_none() {
     let (mut host, mut keys, screen) = connected(&mut host, 200);
     let moves = |i: usize| std::fs::read_to_string(&logs[i]).unwrap_or_default().matches(" line G1X").count();
     wait_for("both prints", || moves(0) > 20 && moves(1) > 20);
-    let pauses =
-        || screen.lock().unwrap().sentences().iter().filter(|line| line.contains(": paused above the part: ")).count();
+    let pauses = || screen.lock().unwrap().sentences().iter().filter(|line| line.contains(": paused above ")).count();
     keys.write_all(b"p 1\n").unwrap();
     wait_for("the first pause", || pauses() == 1);
     interrupt(&host.0);

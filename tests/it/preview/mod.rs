@@ -14,7 +14,7 @@ use trunnion::trace::{self, Trace};
 use trunnion::view::{DrawnMachine, DrawnProgram, Scene, Shapes};
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{Numbers, every, folder, said, trunnion};
+use crate::support::{Numbers, every, fails, folder, said, states, trunnion};
 use decoder::Page;
 
 /// A prepared file with its plan and its page.
@@ -325,16 +325,27 @@ fn a_model_is_planned_as_it_would_be_by_plan() {
             trunnion().args(["preview", "x.gcode", "--plan", "p.json", "-o", "v.html"]).args(words).output().unwrap();
         assert_eq!(run.status.code(), Some(2), "{}", said(&run));
         // With the flag that was given, not with all that could have been.
-        assert!(said(&run).contains(&format!("cannot be used with '{} <", words[0])), "{words:?}: {}", said(&run));
+        assert!(
+            fails(&said(&run), "command/usage") && said(&run).contains(&format!("'{} <", words[0])),
+            "{words:?}: {}",
+            said(&run)
+        );
     }
     let words = ["preview", "x.gcode", "other.stl", "--plan", "p.json", "-o", "v.html", "--json"];
     let run = trunnion().args(words).output().unwrap();
     let document: Value = serde_json::from_slice(&run.stdout).unwrap();
-    assert_eq!(document["error"], "the argument '--plan <PLAN.json>' cannot be used with '[MODEL[*COUNT]]...'");
+    let error = document["error"].as_str().unwrap();
+    assert!(
+        document["code"] == "command/usage" && states(error, "'--plan <PLAN.json>' | '[MODEL[*COUNT]]...'"),
+        "{error}"
+    );
     let run = trunnion().args(["rewrite", "a", "--json"]).output().unwrap();
     let document: Value = serde_json::from_slice(&run.stdout).unwrap();
-    let missing = "the following required arguments were not provided: --plan <PLAN.json>, --output <OUT.gcode>";
-    assert_eq!(document["error"], missing);
+    let error = document["error"].as_str().unwrap();
+    assert!(
+        document["code"] == "command/usage" && states(error, "--plan <PLAN.json>, --output <OUT.gcode>"),
+        "{error}"
+    );
 }
 
 /// Two plans, and two finished files, in one page.
@@ -376,7 +387,7 @@ fn what_prepare_rejects_is_shown_and_not_written() {
     run.args(["prepare", &fixture("cube"), "--slicer", "builtin", "-m"]).arg(at("cool.toml"));
     let run = run.arg("-o").arg(at("out.gcode")).arg("--preview").arg(at("view.html")).output().unwrap();
     assert_eq!(run.status.code(), Some(1), "{}", said(&run));
-    assert!(said(&run).contains("no file was written"), "{}", said(&run));
+    assert!(fails(&said(&run), "command/no: 2 findings | line 78 | 210 C | 150 C | max_nozzle_c"), "{}", said(&run));
     assert!(!at("out.gcode").exists(), "what was rejected is there to be printed");
     let page = Page::read(std::fs::read_to_string(at("view.html")).unwrap());
     let findings = page.facts["verify"]["findings"].as_array().unwrap();

@@ -78,12 +78,12 @@ pub(super) fn done(command: &mut Command) -> Value {
     serde_json::from_slice(&run.stdout).unwrap()
 }
 
-/// That a call fails with this exit code and these words.
+/// That a call fails with this exit code, and as [`crate::support::fails`] says.
 #[track_caller]
-pub(super) fn fails(command: &mut Command, code: i32, words: &str) {
+pub(super) fn fails(command: &mut Command, exit: i32, wanted: &str) {
     let run = command.output().unwrap();
-    assert_eq!(run.status.code(), Some(code), "{}", said(&run));
-    assert!(said(&run).contains(words), "wanted {words:?}: {}", said(&run));
+    assert_eq!(run.status.code(), Some(exit), "{}", said(&run));
+    assert!(wanted.is_empty() || crate::support::fails(&said(&run), wanted), "wanted {wanted:?}: {}", said(&run));
     keeps_the_key(&run);
 }
 
@@ -180,14 +180,14 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
         for hitch in [Hitch::Cut(10_000), Hitch::HalfKept(80_000)] {
             let server = locked(kind);
             server.inside().hitches = vec![hitch; 9].into();
-            fails(&mut publish(&server.to(), &[]), 4, "it closed the connection half way");
+            fails(&mut publish(&server.to(), &[]), 4, "server/closed");
             assert!(server.inside().files.is_empty(), "{kind} {hitch:?}");
             assert_eq!(server.inside().hitches.len(), 6, "three times, and no more");
         }
         for (hitch, words) in [
-            (Hitch::Full, "its disk is full"),
-            (Hitch::FullInItsWay, "its disk is full: 10 bytes are free"),
-            (Hitch::Forbidden, "it rejects the key"),
+            (Hitch::Full, "server/full"),
+            (Hitch::FullInItsWay, "server/full: 10 bytes"),
+            (Hitch::Forbidden, "server/wrong-key"),
         ] {
             let server = locked(kind);
             server.inside().hitches = vec![hitch].into();
@@ -198,13 +198,13 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
         }
         let server = locked(kind);
         server.inside().free = 1000;
-        fails(&mut publish(&server.to(), &[]), 4, "1000 bytes are free, the file needs");
+        fails(&mut publish(&server.to(), &[]), 4, "server/full: 1000 bytes | bytes");
         assert!(!server.inside().asked.iter().any(|line| line.starts_with("POST")), "nothing is sent to a full disk");
     }
     // The others compare checksums themselves, and are sent it again.
     let server = locked(Kind::OctoPrint);
     server.inside().hitches = vec![Hitch::Spoilt].into();
-    fails(&mut publish(&server.to(), &[]), 4, "upload corrupted (");
+    fails(&mut publish(&server.to(), &[]), 4, "server/differs: bytes");
     assert!(server.inside().files.is_empty());
     for kind in [Kind::Moonraker, Kind::Duet] {
         let server = locked(kind);
@@ -221,12 +221,12 @@ fn another_file_of_the_name_stays_unless_it_is_to_be_replaced() {
         let mut other = made.bytes.clone();
         other[9] ^= 1;
         server.inside().files.insert("tree.gcode".to_owned(), other.clone());
-        fails(&mut publish(&server.to(), &[]), 4, "it has another file called tree.gcode");
+        fails(&mut publish(&server.to(), &[]), 4, "server/another: tree.gcode | --replace | --name");
         assert!(server.inside().files["tree.gcode"] == other, "{kind}");
         assert_eq!(done(&mut publish(&server.to(), &["--name", "tree-2.gcode"]))["file"], "tree-2.gcode");
         // A replacement that gets lost takes nothing away.
         server.inside().hitches = vec![Hitch::Cut(10_000); 3].into();
-        fails(&mut publish(&server.to(), &["--replace"]), 4, "half way");
+        fails(&mut publish(&server.to(), &["--replace"]), 4, "server/closed");
         assert!(server.inside().files["tree.gcode"] == other, "{kind}");
         assert_eq!(done(&mut publish(&server.to(), &["--replace"]))["uploads"], 1);
         assert!(server.inside().files["tree.gcode"] == made.bytes, "{kind}");
@@ -238,14 +238,10 @@ fn a_print_starts_when_asked_and_never_beside_another() {
     for kind in KINDS {
         let server = locked(kind);
         server.inside().connected = false;
-        fails(&mut publish(&server.to(), &["--start"]), 4, "its printer is not ready");
+        fails(&mut publish(&server.to(), &["--start"]), 4, "server/not-ready");
         server.inside().connected = true;
         server.inside().printing = Some("vase.gcode".to_owned());
-        fails(
-            &mut publish(&server.to(), &["--start"]),
-            4,
-            "it is printing vase.gcode; nothing was started or uploaded",
-        );
+        fails(&mut publish(&server.to(), &["--start"]), 4, "server/printing: vase.gcode");
         // One look at a time: a second waits for the first.
         let (files, started) = with(&server, |inside| (inside.files.len(), inside.started));
         assert_eq!((files, started), (0, 0), "{kind}");
@@ -255,7 +251,7 @@ fn a_print_starts_when_asked_and_never_beside_another() {
         assert_eq!(done(&mut publish(&server.to(), &["--start"]))["started"], true);
         let (started, printing) = with(&server, |inside| (inside.started, inside.printing.clone()));
         assert_eq!((started, printing.as_deref()), (1, Some("tree.gcode")), "{kind}");
-        fails(&mut publish(&server.to(), &["--start"]), 4, "it is printing tree.gcode");
+        fails(&mut publish(&server.to(), &["--start"]), 4, "server/printing: tree.gcode");
         // An answer that is lost is not asked for again: it prints.
         server.inside().printing = None;
         server.inside().start_lost = true;
@@ -268,14 +264,18 @@ fn a_print_starts_when_asked_and_never_beside_another() {
 fn doors_that_are_shut_are_sentences() {
     for kind in KINDS {
         let server = locked(kind);
-        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it rejects the key");
-        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key; pass --key-file FILE");
+        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "server/wrong-key");
+        fails(
+            publish(&server.to(), &[]).env_remove("TRUNNION_KEY"),
+            4,
+            "server/no-key: --key-file FILE | TRUNNION_KEY",
+        );
         for (door, words) in [
-            (Door::Page, "with a web page or other text instead of data"),
-            (Door::Login, "a proxy in front of it asks for a login (Basic realm=\"workshop\")"),
-            (Door::Moved, "it redirects to http://elsewhere.local/login; the key was not sent there"),
-            (Door::Mute, "no answer for 1 s"),
-            (Door::Garbled, "it does not speak HTTP"),
+            (Door::Page, "server/page"),
+            (Door::Login, "server/login: Basic realm=\"workshop\""),
+            (Door::Moved, "server/moved: http://elsewhere.local/login | --to"),
+            (Door::Mute, "server/silent: 1 s | --timeout SECONDS"),
+            (Door::Garbled, "server/garbled: HTTP"),
         ] {
             server.inside().door = door;
             // Only where nothing comes is it waited for: whoever answers, however late, is not held to a second.
@@ -284,10 +284,10 @@ fn doors_that_are_shut_are_sentences() {
         }
         // Another server's answers.
         let other = Server::of(if kind == Kind::Duet { Kind::Moonraker } else { Kind::Duet });
-        fails(&mut publish(&format!("{}:{}", kind.word(), other.url()), &[]), 4, &format!("check that it is {kind} "));
+        fails(&mut publish(&format!("{}:{}", kind.word(), other.url()), &[]), 4, &format!("server/page: {kind}"));
     }
     let gone = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    fails(&mut publish(&format!("octoprint:http://{gone}"), &[]), 4, "no response (connection refused");
+    fails(&mut publish(&format!("octoprint:http://{gone}"), &[]), 4, "server/away: connection refused");
 }
 
 #[test]
@@ -299,25 +299,25 @@ fn a_key_comes_from_a_file_or_the_environment() {
     let key_file = ["--key-file", file.to_str().unwrap()];
     done(publish(&server.to(), &key_file).env("TRUNNION_KEY", "not this one"));
     std::fs::write(&file, "SECRET\nSECRET\n").unwrap();
-    fails(&mut publish(&server.to(), &key_file), 2, "octo.key has more than one line");
+    fails(&mut publish(&server.to(), &key_file), 2, "publish/key: octo.key | more than one line");
     std::fs::write(&file, "").unwrap();
-    fails(&mut publish(&server.to(), &key_file), 2, "octo.key is empty");
-    fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "no/such.key: file not found");
+    fails(&mut publish(&server.to(), &key_file), 2, "publish/key: octo.key | empty");
+    fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "file/read: no/such.key");
     fails(
         &mut publish("octoprint:http://me:SECRET@printer.local", &[]),
         2,
-        "pass the key with --key-file or TRUNNION_KEY",
+        "publish/secret: --key-file or TRUNNION_KEY",
     );
-    fails(&mut publish("http://printer.local", &[]), 2, "--to: must begin with octoprint:");
-    fails(&mut publish(&server.to(), &["--name", "my part.gcode"]), 2, "has other characters");
+    fails(&mut publish("http://printer.local", &[]), 2, "publish/server: --to: | octoprint:");
+    fails(&mut publish(&server.to(), &["--name", "my part.gcode"]), 2, "publish/name: \"my part.gcode\"");
 }
 
 /// Klipper drops words that it does not know, and prints on: tilted parts on a level table.
 #[test]
 fn a_file_for_another_firmware_goes_to_no_server_that_drives_one() {
     for (kind, words) in [
-        (Kind::Moonraker, "a Moonraker drives klipper, but the file is written for marlin (profile generic-ac)"),
-        (Kind::Duet, "a Duet drives reprapfirmware, but the file is written for marlin (profile generic-ac)"),
+        (Kind::Moonraker, "publish/firmware: Moonraker | klipper | marlin | profile generic-ac"),
+        (Kind::Duet, "publish/firmware: Duet | reprapfirmware | marlin | profile generic-ac"),
     ] {
         let (made, server) = (prepared(), locked(kind));
         let plan = ["--plan", made.plan.to_str().unwrap()];
@@ -326,20 +326,20 @@ fn a_file_for_another_firmware_goes_to_no_server_that_drives_one() {
         // The other way round, and another firmware of the two.
         let other = prepared_for(if kind == Kind::Duet { Kind::Moonraker } else { Kind::Duet });
         let plan = ["--plan", other.plan.to_str().unwrap()];
-        fails(&mut of(&other.gcode, &server.to(), &plan), 2, "prepare it with a profile whose");
+        fails(&mut of(&other.gcode, &server.to(), &plan), 2, "publish/firmware: [dialect] firmware");
     }
 }
 
 #[test]
 fn only_what_is_proved_is_published() {
     let (made, server) = (prepared(), locked(Kind::OctoPrint));
-    fails(&mut of(&made.gcode, &server.to(), &[]), 2, "only a verified file is published");
+    fails(&mut of(&made.gcode, &server.to(), &[]), 2, "command/usage: --plan");
     let folder = folder();
     let changed = folder.path().join("changed.gcode");
     let text = String::from_utf8(made.bytes.clone()).unwrap().replacen("\nG1 A", "\nG1 A1", 1);
     std::fs::write(&changed, text).unwrap();
     let plan = ["--plan", made.plan.to_str().unwrap()];
-    fails(&mut of(&changed, &server.to(), &plan), 1, "nothing was sent");
+    fails(&mut of(&changed, &server.to(), &plan), 1, "command/no: changed.gcode | sent");
     assert!(server.inside().asked.is_empty(), "nobody is asked for a file that is not proved");
     let sent = done(&mut of(&changed, &server.to(), &["--unverified"]));
     assert_eq!((&sent["verified"], &sent["stated"]["seconds_print"]), (&json!(false), &Value::Null));
@@ -366,7 +366,7 @@ fn what_an_octoprint_says_of_its_printer_is_held_against_the_file() {
         if goes {
             done(&mut host);
         } else {
-            fails(&mut host, 4, &format!("its printer runs {}, but the file is written for marlin", says.unwrap()));
+            fails(&mut host, 4, &format!("server/other-firmware: {} | marlin", says.unwrap()));
         }
         assert_eq!(server.inside().files.len(), usize::from(goes), "{says:?}");
         // Of a file that nobody has proved nobody knows the firmware, and it is said so.
@@ -408,9 +408,9 @@ fn a_certificate_of_ones_own_is_taken_by_its_fingerprint_and_no_other_is() {
     };
     let (own, other) = (print("own.pem"), print("server.pem"));
     let server = with_certificate("own.pem", "own.key.pem");
-    fails(&mut publish(&server.to(), &[]), 4, "for your own certificate pass its fingerprint with --fingerprint");
-    fails(&mut publish(&server.to(), &["--fingerprint", &other]), 4, &format!("its fingerprint is {own}"));
-    fails(&mut publish(&server.to(), &["--fingerprint", "AB:CD"]), 2, "64 hexadecimal digits");
+    fails(&mut publish(&server.to(), &[]), 4, "server/tls: --fingerprint");
+    fails(&mut publish(&server.to(), &["--fingerprint", &other]), 4, &format!("server/tls: {own}"));
+    fails(&mut publish(&server.to(), &["--fingerprint", "AB:CD"]), 2, "command/usage: 'AB:CD' | 64");
     assert!(server.inside().asked.is_empty(), "the key is not shown to a stranger");
     done(&mut publish(&server.to(), &["--fingerprint", &own.replace(':', "").to_lowercase()]));
     assert_eq!(server.inside().files.len(), 1);
@@ -419,7 +419,7 @@ fn a_certificate_of_ones_own_is_taken_by_its_fingerprint_and_no_other_is() {
     fails(
         publish(&known.to(), &["--fingerprint", &own]).env("SSL_CERT_FILE", certificate("authority.pem")),
         4,
-        "its fingerprint is",
+        &format!("server/tls: {other}"),
     );
     done(&mut publish(&known.to(), &["--fingerprint", &other]));
 }
@@ -431,12 +431,12 @@ fn tls_holds_certificates_against_this_computers_authorities() {
     }
     let server = with_tls();
     assert!(server.to().starts_with("moonraker:https://localhost:"));
-    fails(&mut publish(&server.to(), &[]), 4, "its certificate is not trusted");
+    fails(&mut publish(&server.to(), &[]), 4, "server/tls");
     done(publish(&server.to(), &[]).env("SSL_CERT_FILE", certificate("authority.pem")));
     assert_eq!(server.inside().files.len(), 1);
     // Not the name in the certificate.
     let other = server.to().replace("localhost", "127.0.0.2");
-    fails(publish(&other, &[]).env("SSL_CERT_FILE", certificate("authority.pem")), 4, "");
+    fails(publish(&other, &[]).env("SSL_CERT_FILE", certificate("authority.pem")), 4, "server/tls");
     let plain = server.to().replace("https", "http");
     fails(&mut publish(&plain, &[]), 4, "");
 }

@@ -173,8 +173,8 @@ fn real(test: impl FnOnce(&OctoPrint)) {
 fn the_real_octoprint_has_the_same_bytes_shows_our_filament_and_prints_when_asked() {
     real(|server| {
         let made = prepared();
-        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it rejects the key");
-        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key");
+        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "server/wrong-key");
+        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "server/no-key");
         server.holds(&[]);
         cut(server);
         let first = done(&mut publish(&server.to(), &[]));
@@ -197,7 +197,7 @@ fn cut(server: &OctoPrint) {
     assert_eq!(sent["uploads"], 2);
     server.holds(&["cut.gcode"]);
     let always = format!("octoprint:http://{}", scissors(server.address, 60_000, 99));
-    fails(&mut publish(&always, &["--name", "never.gcode"]), 4, "it closed the connection half way");
+    fails(&mut publish(&always, &["--name", "never.gcode"]), 4, "server/closed");
     server.holds(&["cut.gcode"]);
     assert_eq!(server.ask("DELETE", "/api/files/local/cut.gcode", "").0, 204);
 }
@@ -222,7 +222,7 @@ fn another(server: &OctoPrint) {
     let folder = folder();
     let other = folder.path().join("tree.gcode");
     std::fs::write(&other, "G28\n").unwrap();
-    fails(&mut of(&other, &server.to(), &["--unverified"]), 4, "it has another file called tree.gcode");
+    fails(&mut of(&other, &server.to(), &["--unverified"]), 4, "server/another: tree.gcode");
     assert!(server.ask("GET", "/downloads/files/local/tree.gcode", "").1 == prepared().bytes);
     assert_eq!(done(&mut of(&other, &server.to(), &["--unverified", "--replace"]))["uploads"], 1);
     assert_eq!(server.ask("GET", "/downloads/files/local/tree.gcode", "").1, b"G28\n");
@@ -236,7 +236,7 @@ fn full(server: &OctoPrint) {
     std::fs::write(&large, "G1 X10 Y10 F3000 ; a line of a large file\n".repeat(300_000)).unwrap();
     let disk: Value = serde_json::from_slice(&server.ask("GET", "/api/files/local", "").1).unwrap();
     if disk["free"].as_u64().unwrap() < 12_000_000 {
-        fails(&mut of(&large, &server.to(), &["--unverified"]), 4, "its disk is full");
+        fails(&mut of(&large, &server.to(), &["--unverified"]), 4, "server/full");
         server.holds(&["tree.gcode"]);
     }
 }
@@ -245,12 +245,12 @@ fn started(server: &OctoPrint) {
     let sent = done(&mut publish(&server.to(), &["--start"]));
     assert_eq!((&sent["uploads"], &sent["started"]), (&0.into(), &true.into()));
     server.wait("the print", || server.state().starts_with("Printing"));
-    fails(&mut publish(&server.to(), &["--start"]), 4, "it is printing tree.gcode");
+    fails(&mut publish(&server.to(), &["--start"]), 4, "server/printing: tree.gcode");
     // A file that is being printed is not taken from under the head.
     let folder = folder();
     let other = folder.path().join("tree.gcode");
     std::fs::write(&other, "G28\n").unwrap();
-    fails(&mut of(&other, &server.to(), &["--unverified", "--replace"]), 4, "it refuses the upload with 409");
+    fails(&mut of(&other, &server.to(), &["--unverified", "--replace"]), 4, "server/refused: 409");
     assert!(server.ask("GET", "/downloads/files/local/tree.gcode", "").1 == prepared().bytes);
     assert_eq!(server.ask("POST", "/api/job", "{\"command\": \"cancel\"}").0, 204);
 }

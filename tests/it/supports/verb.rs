@@ -8,7 +8,7 @@ use trunnion::geom::{Slot, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
 
 use super::{reference, scenes};
-use crate::support::{first_error, folder, said, trunnion};
+use crate::support::{first_error, folder, said, states, trunnion};
 
 fn write(folder: &Path, name: &str, meshes: &[TriangleMesh<Slot>]) -> PathBuf {
     let path = folder.join(name);
@@ -133,7 +133,7 @@ fn another_direction_is_another_plan() {
     let (target, named) = (folder.path().join("none.stl"), folder.path().join("none.stl").display().to_string());
     let output = run(&model, &["-o", &named]);
     assert!(output.status.success() && !target.exists(), "{}", said(&output));
-    assert!(said(&output).contains("nothing overhangs"), "{}", said(&output));
+    assert!(states(&said(&output), "overhangs"), "{}", said(&output));
     assert_eq!(document(&model, &["--up", "0,0,-5"])["red"], 0);
     let leaning = document(&model, &["--up", "1,0,1.5"]);
     assert!(leaning["red"].as_u64().unwrap() > 20, "{leaning}");
@@ -189,7 +189,7 @@ fn a_part_without_a_way_to_the_ground_is_a_no_with_its_place() {
     let no = run(&model, &["--space", "60,60,40", "-o", &named, "--json"]);
     assert_eq!(no.status.code(), Some(1), "{}", said(&no));
     let text = String::from_utf8_lossy(&no.stderr).into_owned();
-    assert!(text.contains("no path to the ground") && text.contains("mm2") && text.contains("--up"), "{text}");
+    assert!(states(&text, "ground | mm2 | --up"), "{text}");
     let done: Value = serde_json::from_slice(&no.stdout).unwrap();
     assert!(done["red"] == 0 && done["unreachable"].as_u64().unwrap() > 10 && !target.exists(), "{done}");
     assert!(done["unreachable_patches"][0]["area_mm2"].as_f64().unwrap() > 40.0);
