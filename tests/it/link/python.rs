@@ -128,7 +128,7 @@ fn send_prints_to_octoprints_virtual_printer() {
             std::fs::read_to_string(&log).unwrap().lines().map(|l| format!("0 line {l}\n")).collect();
         std::fs::write(&log, accepted).unwrap();
         assert_eq!(executed(&log), wanted(&file), "errors {errors}");
-        let resends = said(&done).matches("resending wire line").count();
+        let resends = said(&done).matches("resending N").count();
         assert_eq!(resends >= 3, errors, "{}", said(&done));
     }
 }
