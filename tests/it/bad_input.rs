@@ -303,7 +303,7 @@ fn an_interrupt_ends_the_slicer_and_leaves_nothing() {
         assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let run = child.wait_with_output().unwrap();
         assert_eq!(run.status.code(), Some(130), "{}", said(&run));
-        assert!(fails(&said(&run), "slice/interrupted"), "{}", said(&run));
+        assert!(said(&run).contains(": interrupted"), "{}", said(&run));
         assert_eq!(std::fs::read_dir(at("temporary")).unwrap().count(), 0, "{signal}: files are left");
         assert!(!at("out.gcode").exists());
     };

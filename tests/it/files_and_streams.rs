@@ -116,12 +116,9 @@ fn no_verb_reads_what_is_no_file() {
         ];
         for args in calls {
             let text = refused(folder.path(), args);
-            // A folder is what it is asked to orient, but for where the results go.
-            let wanted = if args == ["orient", "a-folder"] {
-                wanted.replace("file/not-a-file", "command/usage")
-            } else {
-                wanted.clone()
-            };
+            // A folder of models is planned and oriented once it is said where the results go.
+            let usage = matches!(args[0], "orient" | "plan") && kind == "a-folder";
+            let wanted = if usage { "command/usage: a-folder".to_owned() } else { wanted.clone() };
             assert!(fails(&text, &wanted), "{args:?}: {text}");
         }
     }

@@ -59,6 +59,7 @@ mod preview;
 mod primed;
 mod printable;
 mod projects;
+mod prose;
 mod publish;
 mod readable;
 mod recipes;

@@ -73,7 +73,7 @@ fn slic3rs_own_heights_are_taken_from_its_settings() {
         let sliced = slic3r(folder.path(), &heights);
         let run = rewrite(&sliced, &plan, &[]);
         assert!(run.status.success(), "{heights}: {}", said(&run));
-        let told = states(&said(&run), &format!("layers | {layer} mm"));
+        let told = states(&said(&run), &format!("{layer} mm | process.layer_height_mm"));
         assert_eq!(told, layer > 0.25, "{heights}: {}", said(&run));
         if first != layer {
             // A first layer that is not there is still missed, though the second lies nearly where it should.

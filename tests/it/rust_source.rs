@@ -2,6 +2,8 @@
 //!
 //! Blanking keeps every byte's place and every line break, so that a finding names the true line.
 
+use std::ops::Range;
+
 /// `text` with comments, strings and characters blanked.
 pub(crate) fn masked(text: &str) -> String {
     let bytes = text.as_bytes();
@@ -18,6 +20,18 @@ pub(crate) fn masked(text: &str) -> String {
         }
     }
     String::from_utf8(out).expect("whole characters are blanked")
+}
+
+/// The string literals of `text`, each with its quotes.
+pub(crate) fn literals(text: &str) -> Vec<Range<usize>> {
+    let bytes = text.as_bytes();
+    let (mut found, mut at) = (Vec::new(), 0);
+    while at < bytes.len() {
+        let end = skipped(bytes, at);
+        found.extend(end.filter(|_| !matches!(bytes[at], b'/' | b'\'')).map(|end| at..end));
+        at = end.unwrap_or(at + 1);
+    }
+    found
 }
 
 /// The end of the comment, string or character that begins at `at`.
@@ -89,10 +103,19 @@ pub(crate) fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || byte == b'_'
 }
 
+/// The attributes of an item that is test code.
+const TEST_ITEMS: [&str; 2] = ["#[cfg(test)]", "#[cfg(all(test,"];
+
+/// The items of masked `code` that are test code.
+pub(crate) fn test_items(code: &str) -> Vec<Range<usize>> {
+    let all = TEST_ITEMS.iter().flat_map(|marker| code.match_indices(marker));
+    all.map(|(at, _)| at..item_end(code.as_bytes(), at)).collect()
+}
+
 /// Masked `code` with every item under `#[cfg(test)]` blanked too.
 pub(crate) fn without_tests(code: &str) -> String {
     let mut out = code.as_bytes().to_vec();
-    for marker in ["#[cfg(test)]", "#[cfg(all(test,"] {
+    for marker in TEST_ITEMS {
         while let Some(at) = find(&out, marker.as_bytes()) {
             let end = item_end(&out, at);
             out[at..end].iter_mut().filter(|b| **b != b'\n').for_each(|b| *b = b' ');

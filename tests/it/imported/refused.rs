@@ -303,7 +303,7 @@ fn which_axis_tilts_is_never_guessed() {
     one(
         "no such axis",
         &with_rest(folder.path(), &["config.g"], &set).unwrap_err(),
-        "import/file: config.g | Q | U (config.g:2) | V (config.g:2)",
+        "import/file: config.g | Q | U | V | config.g:2",
     );
 }
 

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 pub(super) use crate::support::wait_for;
-use crate::support::{Command, Numbers, PATIENCE, catches_interrupts, fails, folder, note, said, states, trunnion};
+use crate::support::{Command, Numbers, PATIENCE, catches_interrupts, fails, folder, note, said, trunnion};
 
 /// A process that ends with its owner.
 pub(crate) struct Running(pub(crate) Child);
@@ -326,7 +326,7 @@ fn a_printer_killed_and_back_is_re_entered_at_a_layer() {
     assert!(executed(&second).is_empty(), "nothing may move after a reset");
     let asked = output(send(&gcode, &profile, &link).arg("--resume"));
     assert_eq!(asked.status.code(), Some(4), "{}", said(&asked));
-    assert!(fails(&said(&asked), "job/refused: --yes") && states(&said(&asked), "down to Z"), "{}", said(&asked));
+    assert!(fails(&said(&asked), "job/refused: --yes") && said(&asked).contains("down to Z"), "{}", said(&asked));
     assert!(executed(&second).is_empty(), "nothing may move before somebody has agreed");
     let done = output(send(&gcode, &profile, &link).args(["--resume", "--yes"]));
     assert!(done.status.success(), "{}", said(&done));
