@@ -231,7 +231,7 @@ fn a_surface_that_touches_itself_is_let_pass_where_nothing_overlaps() {
     let into = block([8.0, 5.0, 15.0], [12.0, 15.0, 30.0]);
     match fit(&model(vec![pinched(), into]), 0.2) {
         Ok(fitted) => assert!(fitted.is_some_and(|f| matches!(f.changes[..], [Change::Cut { .. }]))),
-        Err(error) => assert!(error.to_string().contains("cut one from the other in CAD"), "{error}"),
+        Err(error) => assert!(matches!(error, FitError::Failed { .. } | FitError::Pieces { .. }), "{error}"),
     }
 }
 
@@ -287,7 +287,6 @@ fn what_would_fall_to_pieces_keeps_its_place() {
     let cross = vec![block([-20.0, -2.0, 0.0], [20.0, 2.0, 4.0]), block([-2.0, -20.0, 0.0], [2.0, 20.0, 4.0])];
     let error = fit(&model(cross), 0.2).unwrap_err();
     assert!(matches!(error, FitError::Pieces { a: 0, b: 1, volume_mm3, .. } if (volume_mm3 - 64.0).abs() < 1e-6));
-    assert!(error.to_string().contains("and neither stays in one piece without it"), "{error}");
 }
 
 #[test]

@@ -130,32 +130,31 @@ mod tests {
     use crate::link::Protocol;
     use crate::link::testing::{axes, rules};
 
-    fn lacking(text: &str) -> Option<String> {
+    fn lacking(text: &str) -> Option<Unfit> {
         let limits = LinearLimits { min: Vec3::new(-100.0, -100.0, 0.0), max: Vec3::new(100.0, 100.0, 200.0) };
         let abilities = Abilities { limits, axes: axes(), max_nozzle_c: 260.0, max_bed_c: 140.0 };
         let program = Program::read(text.as_bytes(), &rules(Protocol::Marlin)).unwrap();
-        abilities.lacking(&program).map(|u| u.to_string())
+        abilities.lacking(&program)
     }
 
     #[test]
     fn what_lies_beyond_an_axis_is_named_with_its_line() {
-        let said = |text: &str| lacking(text).unwrap_or_default();
-        assert_eq!(said("G28\nG1 X100 F600\nG1 X100.5\n"), "line 3: X 100.5 is beyond the machine's -100 .. 100");
-        assert_eq!(said("G28\nG91\nG1 Z5 F600\nG90\nG1 Z-.1\n"), "line 5: Z -0.1 is beyond the machine's 0 .. 200");
-        assert_eq!(said("G28\nG1 A-20 F600\n"), "line 2: A -20 is beyond the machine's -15 .. 90");
+        let beyond = |line, axis, target, low, high| Some(Unfit::Beyond { line, axis, target, low, high });
+        assert_eq!(lacking("G28\nG1 X100 F600\nG1 X100.5\n"), beyond(3, 'X', 100.5, -100.0, 100.0));
+        assert_eq!(lacking("G28\nG91\nG1 Z5 F600\nG90\nG1 Z-.1\n"), beyond(5, 'Z', -0.1, 0.0, 200.0));
+        assert_eq!(lacking("G28\nG1 A-20 F600\n"), beyond(2, 'A', -20.0, -15.0, 90.0));
         assert_eq!(lacking("G28\nG1 X-100 Y100 Z200 A90 C7200 F600\n"), None);
     }
 
     #[test]
     fn more_heat_than_the_machine_has_is_named_with_its_key() {
-        let said = |text: &str| lacking(text).unwrap_or_default();
-        assert_eq!(
-            said("M104 S260\nM109 R261\n"),
-            "line 2: 261 C for the nozzle, but the profile allows 260 C ([link] max_nozzle_c)"
-        );
-        assert!(said("M140 S141").contains("for the bed") && said("M190 S141").contains("max_bed_c"));
+        let hot = |line, heater, target, allowed, key| Some(Unfit::TooHot { line, heater, target, allowed, key });
+        assert_eq!(lacking("M104 S260\nM109 R261\n"), hot(2, "nozzle", 261.0, 260.0, "max_nozzle_c"));
+        for bed in ["M140 S141", "M190 S141"] {
+            assert_eq!(lacking(bed), hot(1, "bed", 141.0, 140.0, "max_bed_c"));
+        }
         assert_eq!(lacking("M104 S260\nM140 S140\nM106 S255\n"), None);
         // Behind a line that the replay cannot follow, too.
-        assert!(said("G92 X5\nG1 X9999 F60\nM109 S400\n").starts_with("line 3: 400 C"));
+        assert_eq!(lacking("G92 X5\nG1 X9999 F60\nM109 S400\n"), hot(3, "nozzle", 400.0, 260.0, "max_nozzle_c"));
     }
 }

@@ -123,7 +123,7 @@ mod tests {
             assert!(many[MOST_NAMED].starts_with(rest) && is_overlap(&many[MOST_NAMED]), "{}", many[MOST_NAMED]);
         }
         // Of 19,900 not all are looked at.
-        assert!(over(200)[MOST_NAMED].starts_with("at least 10700 more pairs"), "{}", over(200)[MOST_NAMED]);
+        assert!(over(200)[MOST_NAMED].contains(" 10700 more"), "{}", over(200)[MOST_NAMED]);
     }
 
     #[test]

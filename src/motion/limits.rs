@@ -52,6 +52,7 @@ mod tests {
         let limits = LinearLimits { min: Vec3::new(0.0, 0.0, 0.0), max: Vec3::new(10.0, 20.0, 30.0) };
         assert_eq!(limits.violation(&Vec3::new(10.0004, 0.0, 30.0)), None);
         let out = limits.violation(&Vec3::new(5.0, 20.6, 30.0)).unwrap();
-        assert_eq!(out.to_string(), "Y 20.600 mm is beyond the axis range 0..20");
+        assert_eq!(out, OutOfLimits { axis: 'Y', value: 20.6, range: (0.0, 20.0) });
+        assert!(out.to_string().starts_with("Y 20.600 mm ") && out.to_string().ends_with(" 0..20"), "{out}");
     }
 }

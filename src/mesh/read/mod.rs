@@ -151,7 +151,7 @@ fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
 #[cfg(test)]
 mod tests {
     use super::{Format, ReadOptions, format_of, read_model, read_surface};
-    use crate::mesh::Unit;
+    use crate::mesh::{Fault, Unit};
 
     #[test]
     fn content_goes_before_the_name() {
@@ -168,8 +168,8 @@ mod tests {
     fn a_page_in_the_place_of_a_model_is_called_one() {
         for page in ["<!DOCTYPE html><title>Log in</title>", "\n <HTML>", "<!doctype HTML"] {
             for name in ["x.stl", "x.3mf", "x"] {
-                let error = read_model(page.as_bytes(), name, &ReadOptions::default()).unwrap_err().to_string();
-                assert_eq!(error, format!("{name}: this is a web page, not a model; download the model itself"));
+                let error = read_model(page.as_bytes(), name, &ReadOptions::default()).unwrap_err();
+                assert_eq!((error.file.as_str(), error.fault), (name, Fault::WebPage));
             }
         }
     }

@@ -251,7 +251,11 @@ mod tests {
         surface.facets[3] = [4, 2, 3];
         let (shells, warnings) = mended(&vertices, surface.clone());
         assert_eq!(shells, Ok(1));
-        assert_eq!(warnings, ["repair: 1 border vertices merged with others within 1.732e-5 file units"]);
+        let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+        assert!(
+            warning.starts_with("repair: 1 ") && warning.contains("merged") && warning.contains("1.732e-5"),
+            "{warning}"
+        );
         vertices[4].y = 2.5e-5;
         let (_, warnings) = mended(&vertices, surface.clone());
         assert_eq!(warnings.iter().filter(|text| text.contains("merged")).count(), 0, "in the next cell, but too far");
@@ -301,10 +305,7 @@ mod tests {
             let surface = Surface { source: vec![0; facets.len()], facets };
             let (closed, said) = mended(&vertices, surface);
             assert_eq!(closed, Ok(1), "{n}: {said:?}");
-            assert!(
-                said.iter().any(|text| text.contains("sides of facets split at vertices that lie on them")),
-                "{said:?}"
-            );
+            assert!(said.iter().any(|text| text.starts_with("repair: ") && text.contains(" split ")), "{said:?}");
         }
     }
 
@@ -327,6 +328,6 @@ mod tests {
         assert_eq!(mended(&vertices, surface.clone()).0, Ok(1));
         vertices[2].z = 0.1;
         let error = mended(&vertices, surface).0.unwrap_err();
-        assert!(error.starts_with("4 open edges") && error.contains("it could not be repaired"), "{error}");
+        assert!(error.starts_with("4 open edges") && !error.contains("--no-repair"), "{error}");
     }
 }

@@ -77,7 +77,7 @@ fn writing_is_deterministic_and_keeps_every_bit_of_3mf() {
     let model = read(&bytes, "x.3mf").unwrap();
     assert_eq!(model.parts[0].mesh.corners(7), mesh.corners(7));
     assert_eq!(model.parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>(), ["a", "a-2"]);
-    assert_eq!(model.warnings[0], "the part that begins at facet 12 faces inward: flipped");
+    assert!(model.warnings[0].contains(" facet 12 ") && model.warnings[0].ends_with("flipped"), "{:?}", model.warnings);
     assert_eq!(stl_binary(&mesh).len(), 84 + 50 * 12);
     assert_eq!(stl_binary(&mesh)[84..96], [0_f32, 0.0, -1.0].map(f32::to_le_bytes).concat());
 }
@@ -90,7 +90,7 @@ fn units_are_given_stated_or_guessed() {
     assert!((model.parts[0].mesh.volume() - 46_656.0).abs() < 1e-2);
     assert_eq!(model.warnings.len(), 1);
     assert!(
-        model.warnings[0].ends_with("long in file units: read as metres = 36.0 mm; use --unit mm to keep mm"),
+        ["metres", "36.0 mm", "--unit mm"].iter().all(|fact| model.warnings[0].contains(fact)),
         "{:?}",
         model.warnings
     );
@@ -99,7 +99,8 @@ fn units_are_given_stated_or_guessed() {
     assert_eq!((model.unit, model.warnings.len()), (Unit::Inch, 0));
     assert!((model.bounds.max.x - 0.9144).abs() < 1e-6);
     let model = read_model(&threemf(&[("a".to_owned(), &cube([0.0; 3], 0.5, false))]), "x", &inch).unwrap();
-    assert_eq!(model.warnings, ["the file states mm; read as in, as requested"]);
+    let [warning] = &model.warnings[..] else { panic!("{:?}", model.warnings) };
+    assert!(warning.contains(" mm;") && warning.contains(" in,"), "{warning}");
     assert_eq!(model.bounds.max.x, 12.7);
     let model = read(&stl_binary(&cube([0.0; 3], 20_000.0, false)), "x.stl").unwrap();
     assert_eq!((model.unit, model.bounds.max.x), (Unit::Micron, 20.0));
@@ -130,12 +131,8 @@ fn a_model_of_which_nothing_is_left_is_refused() {
         let error = read_model(bytes, "x.off", &options).unwrap_err();
         assert_eq!(error.fault, Fault::Collapsed { facets: 2 }, "{error}");
     }
-    let error = read_surface(point, "x.off", &ReadOptions::default()).unwrap_err().to_string();
-    assert!(
-        error.starts_with("x.off: all 2 facets repeat others or use one vertex twice")
-            && error.contains("in a smaller unit"),
-        "{error}"
-    );
+    let error = read_surface(point, "x.off", &ReadOptions::default()).unwrap_err();
+    assert_eq!((error.file.as_str(), error.fault), ("x.off", Fault::Collapsed { facets: 2 }));
 }
 
 /// So near to nothing that its volume and what is asked of that are both 0.

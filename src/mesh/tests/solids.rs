@@ -111,7 +111,8 @@ fn a_shell_within_a_part_is_its_cavity() {
     assert_eq!(hollow.parts[0].mesh.facets().len(), 24);
     let flipped = model(&[&outer, &inner]);
     assert_volumes(&flipped, &[936.0]);
-    assert_eq!(flipped.warnings, ["the cavity that begins at facet 12 faces into its material: flipped"]);
+    let [warning] = &flipped.warnings[..] else { panic!("{:?}", flipped.warnings) };
+    assert!(["cavity", " facet 12 ", "flipped"].iter().all(|fact| warning.contains(fact)), "{warning}");
     let before = model(&[&inside_out(&inner), &outer]);
     assert_volumes(&before, &[936.0]);
     let nested = model(&[&outer, &inside_out(&inner), &cube([4.0; 3], 2.0, false)]);
@@ -161,7 +162,8 @@ fn parts_that_reach_into_each_other_are_warned_about() {
 fn an_inside_out_cube_is_turned_over() {
     let model = model(&[&inside_out(&cube([0.0; 3], 4.0, false))]);
     assert_volumes(&model, &[64.0]);
-    assert_eq!(model.warnings, ["the part that begins at facet 0 faces inward: flipped"]);
+    let [warning] = &model.warnings[..] else { panic!("{:?}", model.warnings) };
+    assert!(["part", " facet 0 ", "flipped"].iter().all(|fact| warning.contains(fact)), "{warning}");
 }
 
 #[test]
@@ -171,11 +173,13 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     let bytes = stl_binary_parts(&[&cube([5.0, 0.0, 0.0], 2.0, false), &open]);
     let error = read(&bytes, "x.stl").unwrap_err();
     assert_eq!(error.place, FilePlace::Part(1));
-    assert!(error.to_string().starts_with("x.stl: part 1: 3 open edges (a solid has 0), one at ("), "{error}");
-    assert!(error.to_string().ends_with("leave out --no-repair"), "{error}");
+    assert!(matches!(error.fault, Fault::Open { edges: 3, .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.starts_with("x.stl: part 1: ") && text.ends_with("--no-repair"), "{text}");
     let mended = read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true }).unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
-    assert_eq!(mended.warnings, ["repair: 1 flat holes filled with 1 facets"]);
+    let [warning] = &mended.warnings[..] else { panic!("{:?}", mended.warnings) };
+    assert!(["repair: 1 ", "holes", "1 facets"].iter().all(|fact| warning.contains(fact)), "{warning}");
 }
 
 #[test]
@@ -206,7 +210,8 @@ fn a_tip_on_the_table_counts_where_nothing_else_holds_it() {
     let tip = Mesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
     let alone = model(&[&tip]);
     assert_eq!(alone.on_table, [0]);
-    assert_eq!(alone.warnings, ["part 0 touches the table at an edge or corner only: 0 mm2 of contact"]);
+    let [warning] = &alone.warnings[..] else { panic!("{:?}", alone.warnings) };
+    assert!(warning.starts_with("part 0 ") && warning.contains(" 0 mm2"), "{warning}");
     // All of it lies within the gap, but no face of it lies down.
     let tiny = Mesh::new(tip.vertices().iter().map(|v| v * 0.01).collect(), tip.facets().to_vec());
     assert_eq!(Model::from_parts(vec![("tiny".to_owned(), tiny)]).warnings.len(), 1);
