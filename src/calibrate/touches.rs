@@ -341,7 +341,7 @@ impl Reader<'_> {
                 )));
             }
             if all.len() == MOST_FEATURES {
-                return Err(wrong(format!("more than {MOST_FEATURES} marks and balls")));
+                return Err(wrong(format!("more than {MOST_FEATURES} marks and balls; remove some")));
             }
             all.push(feature);
             Ok(())

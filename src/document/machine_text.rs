@@ -159,5 +159,5 @@ pub fn cold(run: &DryRun) -> String {
         lines => format!("; omitted start-code lines: {}", lines.join(", ")),
     };
     let (poses, places) = (counted(run.poses.len(), "pose"), counted(places, "place"));
-    format!("cold, {poses} with a stop at each, {places} from 20 mm above{left_out}")
+    format!("cold: {poses} with a stop at each, {places} approached from 20 mm above{left_out}")
 }

@@ -71,7 +71,7 @@ pub fn reasons(made: &Recommendation) -> Vec<String> {
         }
     }
     if !differs(&made.as_it_lies) {
-        all.push("it is the pose of the file".to_owned());
+        all.push("it is the file's own pose".to_owned());
     }
     all
 }

@@ -64,7 +64,7 @@ pub fn inspected(model: &Model) -> String {
         let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
     }
     if !model.floating().is_empty() {
-        let _ = writeln!(out, "touching nothing on the table: {}", list(&model.floating()));
+        let _ = writeln!(out, "not connected to the table: {}", list(&model.floating()));
     }
     for (part, (other, mm)) in apart(model) {
         let _ = writeln!(out, "part {part} is {mm:.2} mm away from part {other}");
@@ -126,8 +126,8 @@ pub fn unsteady(report: &Report) -> Option<String> {
         if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
     (*pushed_factor < DOUBTFUL).then(|| {
         format!(
-            "after line {line} the first layer holds {grams:.1} g {pushed_factor:.1} times over{tilt}; a larger footprint or a brim (not counted) \
-             holds more"
+            "after line {line} the first layer holds {grams:.1} g with a safety factor of {pushed_factor:.1}{tilt}; a larger footprint or \
+             a brim (not counted) holds more"
         )
     })
 }
@@ -240,7 +240,8 @@ fn table(rows: &[Compared], out: &mut String) {
 pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a verified file is published; pass its plan with --plan PLAN.json, or skip all collision checks with --unverified";
 
 /// What is said of a file that goes to a server unverified.
-pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame, and the server's firmware was not compared with the file's";
+pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame; \
+    the server's firmware was not compared with the file's";
 
 /// A file on the server of a printer.
 pub fn published(done: &PublishResult) -> String {
@@ -309,7 +310,7 @@ pub fn batch_failed(done: &BatchResult) -> String {
 pub fn listed(done: &Listed) -> String {
     let Listed { count, complete, seconds, .. } = done;
     if *complete {
-        format!("{count} sequences, which are all, {seconds:.2} s")
+        format!("all {count} sequences, {seconds:.2} s")
     } else {
         format!("{count} sequences, and more exist; raise --limit or --budget, {seconds:.2} s")
     }

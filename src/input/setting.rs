@@ -95,7 +95,7 @@ pub enum BadSetting {
     },
     /// A model of several parts that is to stand as `orient` recommends.
     #[error(
-        "up auto: {model} has {parts} parts, and poses are priced for one; give a direction (0,0,1) or a base part, or join the parts"
+        "up auto: {model} has {parts} parts, but auto needs a single part; give a direction (0,0,1) or a base part, or join the parts"
     )]
     SeveralToStand {
         /// The model.
@@ -108,7 +108,7 @@ pub enum BadSetting {
     TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
-        "base {part}: {who} has no flat face that everything else is above; give the direction with up",
+        "base {part}: {who} has no flat face with everything else above it; give a direction with up",
         who = part_named(*part, name)
     )]
     NoBase {

@@ -133,7 +133,7 @@ pub(crate) fn cut_up(whole: (&TriangleMesh<Object>, Angle), split: &Split, story
     let mut legend = if hanging { vec![(OVERHANG, "overhangs more than allowed")] } else { vec![] };
     if parts.len() > 1 {
         frames.push(shot(parts.clone(), Side::Above, "cut"));
-        frames.push(shot(moved.collect(), Side::Above, "the parts, each moved along the way it is printed"));
+        frames.push(shot(moved.collect(), Side::Above, "the parts, each moved along its build direction"));
         legend.push((colours[0], "stays on the table"));
     }
     Sheet { title: "A solid and its parts".to_owned(), side: FRAME, columns: 3, frames, legend, story }

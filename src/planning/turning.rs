@@ -183,7 +183,8 @@ impl<'a> Turns<'a> {
     fn first_turn(&self, standing: &Standing<'_>, above: bool) -> String {
         let (top, ball) = (self.profile.limits.z_mm[1], self.ball(standing.printed));
         if above {
-            return "the first turn starts from an unknown angle, and the table could meet the machine's frame; describe the table or the frame ([[fixed.body]]) exactly"
+            return "the first turn starts from an unknown angle, and the table could hit the machine's frame; \
+                    describe the table or the frame ([[fixed.body]]) exactly"
                 .to_owned();
         }
         format!(

@@ -276,7 +276,7 @@ fn summary(
     let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
     let named = |part: &usize| part_named(*part, &workpiece.model.parts[*part].name);
     let mut text = match parts.len() {
-        0 => "no order prints all parts".to_owned(),
+        0 => "no print order works for all parts".to_owned(),
         1 => {
             // No other direction was asked for.
             let asked =

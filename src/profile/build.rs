@@ -246,7 +246,7 @@ impl Profile {
             "kinematics.tilt.letter",
             distinct && capital,
             text,
-            "three different capitals, none of F G I J K M N R T X Y Z",
+            "three different capital letters other than F G I J K M N R T X Y Z",
         )?;
         self.check_bodies(origin)?;
         self.check_code(origin)
@@ -266,7 +266,7 @@ impl Profile {
             let allowed = match v.norm() {
                 length if !(0.5..=2.0).contains(&length) => "a vector of length 1".to_owned(),
                 _ if lean_deg > MOST_LEAN_DEG => format!(
-                    "0..{MOST_LEAN_DEG} deg from +{name}, and leans {lean_deg:.2} deg: the axis as it points while both angles are zero"
+                    "0..{MOST_LEAN_DEG} deg from +{name}, got {lean_deg:.2} deg: the direction of the axis while both angles are zero"
                 ),
                 _ => continue,
             };

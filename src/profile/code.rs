@@ -86,7 +86,8 @@ impl Profile {
     /// Why a line may not stand beside a turn: there the head waits above all that is printed, and everything must be afterwards as it
     /// was before, but for pins and settings.
     fn beside_a_turn(&self, line: &str) -> Option<String> {
-        const ALLOWED: &str = "beside a turn only waits, pins, settings and moves of other steppers are allowed; remove it, or move it to dialect.start";
+        const ALLOWED: &str = "directly before or after a turn, only waits, pins, settings and moves of other \
+            steppers are allowed; remove it, or move it to dialect.start";
         let mut parsed = ParsedLine::default();
         if let Err(why) = parsed.read(line.as_bytes()) {
             return Some(why.to_string());
@@ -152,8 +153,8 @@ impl Profile {
         let mut unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
         let from_the_start = |remedy: &str| {
             format!(
-                "a firmware with PENTA_AXIS may follow the tip from power-on, and would then apply the poses, which are computed here, a second \
-                 time, through the part; {remedy} {}",
+                "a firmware with PENTA_AXIS may follow the tip from power-on; it would then apply the poses, which trunnion computes \
+                 already, a second time and drive the head into the part; {remedy} {}",
                 follows.off(firmware)
             )
         };

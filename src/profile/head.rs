@@ -24,8 +24,8 @@ pub const HEAD_QUESTIONS: [(&str, &str); 9] = [
     ("head.carriage_z_mm", "the same: [lowest, highest] above the tip, mm"),
     (
         "head.gantry_moves",
-        "beam that carries the carriage: YZ where it lies along X and keeps its distance to the nozzle while that goes back over the table (so too \
-         where the bed moves instead of the beam), XZ where it lies along Y and goes sideways with it, none where there is none",
+        "beam that carries the carriage: YZ if it runs along X and keeps its distance from the nozzle in Y (also if the bed moves instead \
+         of the beam), XZ if it runs along Y and moves sideways with the nozzle, none if there is no beam",
     ),
     (
         "head.gantry_mm",

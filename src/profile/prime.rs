@@ -57,7 +57,7 @@ pub fn prime(m: &TraceMove, trace: &Trace, profile: &Profile) -> Result<Prime, S
     let width = (area / height + height * (1.0 - FRAC_PI_4)).max(height);
     if width > WIDEST * bore {
         return Err(format!(
-            "a prime line is {width:.2} mm wide at {height:.2} mm height; at most {:.2} mm: extrude less, or move farther",
+            "a prime line is {width:.2} mm wide at {height:.2} mm height (maximum {:.2} mm); extrude less, or move farther",
             WIDEST * bore
         ));
     }

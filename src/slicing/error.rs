@@ -156,9 +156,7 @@ pub enum SliceError {
         seconds: f64,
     },
     /// The slicer wrote more than any print needs.
-    #[error(
-        "{slicer} wrote {bytes} bytes for `{name}`, allowed are {allowed}; simplify the mesh, or use thicker layers"
-    )]
+    #[error("{slicer} wrote {bytes} bytes for `{name}` (maximum {allowed}); simplify the mesh, or use thicker layers")]
     TooBig {
         /// The slicer's name.
         slicer: String,

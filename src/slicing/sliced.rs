@@ -77,9 +77,9 @@ pub enum Lessened {
 impl fmt::Display for Lessened {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ends = |beside: Option<usize>| match beside {
-            Some(part) => format!(
-                "halfway to part {part}, clear of the nozzle; farther apart (--gap between models) there is more room"
-            ),
+            Some(part) => {
+                format!("halfway to part {part}, clear of the nozzle; a larger --gap between models leaves more space")
+            }
             None => "up to the table's rim; --origin moves the model".to_owned(),
         };
         match self {
@@ -153,8 +153,8 @@ impl fmt::Display for Flaw {
             ),
             Self::Replaced(settings) => write!(
                 f,
-                "not as in --slicer-config: {}; prints are sliced without them, since each stands on others or on a turning table and needs level \
-                 layers of one height (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
+                "ignored settings of --slicer-config: {}; prints on other prints or on a turning table need level layers of one height \
+                 (for supports use --supports auto; for a skirt or brim, process.skirt_loops and process.brim_mm of the profile)",
                 settings.join(", ")
             ),
         }

@@ -27,7 +27,7 @@ pub enum StrategyError {
     #[error(transparent)]
     Misplaced(#[from] Misplaced),
     /// A model that does not lie on its table, but on that of another shipped machine.
-    #[error("{source}; {machine} has room for it (-m {machine})")]
+    #[error("{source}; it fits on {machine} (-m {machine})")]
     RoomElsewhere {
         /// Why it does not.
         source: Misplaced,
@@ -109,7 +109,7 @@ impl From<StrategyError> for Refused {
         match error {
             StrategyError::NoPlan(no) => Self::NoPlan(no.infeasible),
             StrategyError::Infeasible(no) => Self::NoPlan(no),
-            error => Self::Failed(Arc::new(error)),
+            error => Self::Failed { code: error.code(), why: Arc::new(error) },
         }
     }
 }

@@ -20,17 +20,22 @@ pub enum Refused {
     #[error("{0}")]
     NoPlan(Infeasible),
     /// Another failure of a way.
-    #[error("{0}")]
-    Failed(Arc<dyn Error + Send + Sync>),
+    #[error("{why}")]
+    Failed {
+        /// Its own code.
+        code: &'static str,
+        /// Why.
+        why: Arc<dyn Error + Send + Sync>,
+    },
     /// The same of several solids on one table.
     #[error("{0}; print fewer at once, or place them farther apart (--gap)")]
     Crowded(Arc<dyn Error + Send + Sync>),
     /// Parts that touch have no plan with supports below those on the table.
-    #[error("with supports below what stands on the table: {0}; or join the parts (--join)")]
+    #[error("with supports below the parts on the table: {0}; or join the parts (--join)")]
     Touching(Infeasible),
     /// Parts that touch have no plan together, and are no one solid that could be cut.
     #[error(
-        "{first} to {last}, {parts} parts that touch, have no plan together, and only single solids are cut; join them (--join)"
+        "{first} to {last} ({parts} touching parts) have no common plan, and only single solids are cut; join them (--join)"
     )]
     Several {
         /// The first of them.
@@ -131,7 +136,7 @@ pub enum Refused {
         part: String,
     },
     /// Supports where another part is.
-    #[error("the supports of {part} would stand where {other} is, or less than a line's width from it")]
+    #[error("the supports of {part} would overlap {other} or be less than a line's width from it")]
     Within {
         /// Whose.
         part: String,
@@ -139,7 +144,7 @@ pub enum Refused {
         other: String,
     },
     /// Supports that a later print's head would meet.
-    #[error("while {printed} is printed, the {piece} would meet the supports of {part}")]
+    #[error("while {printed} is printed, the {piece} would hit the supports of {part}")]
     Head {
         /// What is printed then.
         printed: String,
@@ -164,13 +169,13 @@ pub enum Refused {
 
 fn no_pose(poses: usize) -> String {
     match poses {
-        0 => "it stands in no other pose".to_owned(),
+        0 => "no other pose is stable".to_owned(),
         count => format!("no plan in {}", counted(count, "other pose")),
     }
 }
 
 fn no_way_down(bare_mm2: f64) -> String {
-    if bare_mm2 > 0.0 { format!("; {bare_mm2:.0} mm2 have no straight way to the table") } else { String::new() }
+    if bare_mm2 > 0.0 { format!("; {bare_mm2:.0} mm2 have no straight path to the table") } else { String::new() }
 }
 
 impl Refused {
@@ -184,7 +189,7 @@ impl Refused {
         match self {
             Self::Unasked => "way/not-asked-for",
             Self::NoPlan(_) | Self::Touching(_) => "way/no-plan",
-            Self::Failed(_) => "way/failed",
+            Self::Failed { code, .. } => code,
             Self::Crowded(_) | Self::Beside => "way/too-near",
             Self::Several { .. } => "way/parts-touch",
             Self::Whole => "way/nothing-to-cut",

@@ -246,9 +246,7 @@ pub(super) fn cut_up(
     }
     if split.crumbs_mm3 > 0.0 {
         let crumbs = split.crumbs_mm3;
-        world
-            .progress
-            .warning(&format!("pieces of {crumbs:.4} mm3 together were left out, since they are too small to print"));
+        world.progress.warning(&format!("removed pieces too small to print ({crumbs:.4} mm3 in total)"));
     }
     let seconds = (world.clock.now() - start).as_secs_f64();
     Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg, seconds, model })

@@ -89,7 +89,7 @@ fn because(against: Against) -> &'static str {
     match against {
         Against::Crossing => "met a surface that crosses itself",
         Against::Small => "would leave pieces or seams too small to print",
-        Against::Footing => "would leave something that rests on nothing",
+        Against::Footing => "would leave a piece with nothing below it",
         Against::Thin => "would leave a plate or an edge too thin to print",
         Against::Unwanted => "would put the seam where none is wanted",
         Against::Beginning => "would let a piece begin in mid-air",

@@ -116,7 +116,7 @@ pub enum SlicedError {
     },
     /// One line that rises all the way.
     #[error(
-        "{file}: sliced as a spiral (spiral vase): its one wall rises all the way round, so there are no layers to check or to start at another \
+        "{file}: sliced as a spiral (spiral vase), which has no layers to check or to start at another \
          pose; switch the spiral off and slice again"
     )]
     Spiral {

@@ -71,7 +71,7 @@ impl Rates {
         }
         let turning = feed.rotary && extent.turns != [Some(0.0); 2];
         let Some(value) = feed.value.filter(|&f| f > 0.0) else {
-            let text = "the table turns at a speed that no F has set".to_owned();
+            let text = "the table turns, but no F sets its speed".to_owned();
             return (fastest, turning.then_some(TooFast { measured: 0.0, allowed: 0.0, text }));
         };
         let seconds = if feed.inverse_time { 60.0 / value } else { 60.0 * self.counted(extent) / value };

@@ -75,7 +75,7 @@ impl<'a> Permitted<'a> {
         }
         let place = match zone {
             Zone::Start => "and is not in the profile's [dialect] start",
-            Zone::Prints => "and is among the prints",
+            Zone::Prints => "and is between the start and the end code",
             Zone::End => "and is not in the profile's [dialect] end",
         };
         Some(format!("{name} {does}, {place}; remove it, or add it to [dialect] allow"))

@@ -202,7 +202,7 @@ fn melts(printed: &PrintedPart<'_>, m: &TraceMove, findings: &mut Findings) {
         let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [rate, most], || {
             format!(
-                "{rate:.1} mm3/s of filament is more than the hot end melts, {most:.1} ([limits] max_flow_mm3_per_s)"
+                "{rate:.1} mm3/s of filament is more than the hot end melts (maximum {most:.1}, [limits] max_flow_mm3_per_s)"
             )
         });
     }

@@ -267,7 +267,7 @@ impl Walker<'_> {
         self.note(-deep, stroke.line);
         let at = self.place(stroke.line);
         self.walked.findings.add(Rule::HeadCollision, at, [deep, DEEPEST_MM], || {
-            format!("the nozzle travels {deep:.3} mm deep through what is printed (maximum {DEEPEST_MM} mm)")
+            format!("the nozzle travels {deep:.3} mm deep through printed material (maximum {DEEPEST_MM} mm)")
         });
     }
 
@@ -453,7 +453,10 @@ impl Walker<'_> {
                     [false, false] => "with neither end on material",
                     _ => "with one end in the air",
                 };
-                format!("{:.2} mm of line are printed in mid-air; {held} at most {:.1} mm", gap.length, gap.allowed)
+                format!(
+                    "{:.2} mm of line are printed in mid-air; {held}, the maximum is {:.1} mm",
+                    gap.length, gap.allowed
+                )
             });
         }
     }

@@ -32,9 +32,13 @@ const ANSWERED: [(&str, bool, &str); 9] = [
     ("use_relative_e_distances = 1", true, ""),
     ("use_firmware_retraction = 1\nretract_lift = 0.4\nwipe = 1", true, ""),
     ("start_gcode = G28\\nG1 Z0.2 F1000\\nG1 X-60 Y-70 F5000\\nG1 X60 E10 F600", true, ""),
-    ("skirts = 2\nskirt_distance = 3", true, "not as in --slicer-config: skirts = 2; prints are sliced without them"),
-    ("brim_width = 3\nraft_layers = 2", true, "not as in --slicer-config: brim_width = 3, raft_layers = 2; prints"),
-    ("support_material = 1", true, "support_material = 1; prints are sliced without them, since each stands on others"),
+    ("skirts = 2\nskirt_distance = 3", true, "ignored settings of --slicer-config: skirts = 2; prints on other prints"),
+    (
+        "brim_width = 3\nraft_layers = 2",
+        true,
+        "ignored settings of --slicer-config: brim_width = 3, raft_layers = 2; prints",
+    ),
+    ("support_material = 1", true, "support_material = 1; prints on other prints or on a turning table"),
     ("use_volumetric_e = 1", false, "sliced with volumetric E (its E counts mm3 and not mm of filament)"),
     ("spiral_vase = 1", false, "sliced as a spiral (spiral vase)"),
 ];
@@ -65,7 +69,10 @@ fn what_is_not_taken_of_a_configuration_is_said() {
             let words = if slicer == "prusa-slicer" && keys.starts_with("skirts") { String::new() } else { words };
             assert_eq!(run.status.code(), Some(if *clean { 0 } else { 2 }), "{slicer}, {keys}: {text}");
             assert!(text.contains(&words), "{slicer}, {keys}: {text}");
-            assert!(!words.is_empty() || !text.contains("not as in --slicer-config"), "{slicer}, {keys}: {text}");
+            assert!(
+                !words.is_empty() || !text.contains("ignored settings of --slicer-config"),
+                "{slicer}, {keys}: {text}"
+            );
             assert_eq!(output.exists(), *clean, "{slicer}, {keys}");
             let _ = std::fs::remove_file(&output);
         }
@@ -77,13 +84,13 @@ const OF_CURA: [(&str, bool, &str); 14] = [
     (
         "adhesion_type = brim\nbrim_width = 4",
         true,
-        "not as in --slicer-config: adhesion_type = brim, brim_width = 4; prints are sliced without them",
+        "ignored settings of --slicer-config: adhesion_type = brim, brim_width = 4; prints on other prints",
     ),
-    ("adhesion_type = raft", true, "adhesion_type = raft; prints are sliced without them"),
+    ("adhesion_type = raft", true, "adhesion_type = raft; prints on other prints"),
     (
         "support_enable = true\nsupport_type = everywhere",
         true,
-        "support_enable = true; prints are sliced without them, since each stands on others",
+        "support_enable = true; prints on other prints or on a turning table",
     ),
     ("prime_tower_enable = true", true, "prime_tower_enable = true; prints"),
     ("magic_spiralize = true", true, "magic_spiralize = true; prints"),
@@ -117,7 +124,7 @@ fn what_cura_engine_is_asked_for_is_verified_or_said() {
         let text = said(&run);
         assert_eq!((run.status.success(), output.exists()), (clean, clean), "{keys}: {text}");
         assert!(text.contains(words), "{keys}: {text}");
-        assert_eq!(text.contains("not as in --slicer-config"), words.contains("; prints"), "{keys}: {text}");
+        assert_eq!(text.contains("ignored settings of --slicer-config"), words.contains("; prints"), "{keys}: {text}");
         let _ = std::fs::remove_file(&output);
     }
 }

@@ -461,7 +461,7 @@ fn supports_of_a_base_keep_out_of_other_parts_and_of_later_heads() {
         // A branch out of the bar's end, right above its underside.
         (
             &[([22.0, -5.0, 30.5], [40.0, 5.0, 35.5])],
-            "while part 1 is printed, the nozzle would meet the supports of part 0",
+            "while part 1 is printed, the nozzle would hit the supports of part 0",
         ),
         // A branch out of the post, below the bar: no head gets there.
         (&[([6.0, -5.0, 10.0], [16.0, 5.0, 20.0])], "or join the parts (--join)"),

@@ -214,7 +214,7 @@ fn questions_are_asked_one_by_one() {
     ];
     assert_eq!(pieces, wanted);
     let error = request.clone().ask("".as_bytes(), |_, _| {}, &world).unwrap_err();
-    assert!(error.code() == "job/answer" && states(&error.to_string(), "kinematics.tilt.letter"), "{error}");
+    assert!(error.code() == "job/answer" && states(&error.to_string(), "kinematics.tilt.max_deg"), "{error}");
 }
 
 /// The machine of `--set KEY=VALUE`, all else as in `like`.

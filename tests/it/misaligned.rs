@@ -152,13 +152,13 @@ fn directions_that_no_axis_has_are_refused() {
     for (keys, wanted) in [
         (
             "[kinematics.tilt]\nalong = [0.0, 1.0, 0.0]",
-            "leans 90.00 deg: the axis as it points while both angles are zero",
+            "got 90.00 deg: the direction of the axis while both angles are zero",
         ),
         (
             "[kinematics.tilt]\nalong = [-1.0, 0.0, 0.0]",
             "kinematics.tilt.along = [-1.0, 0.0, 0.0]: must be 0..5 deg from +X",
         ),
-        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "must be 0..5 deg from +Z, and leans 5.71 deg"),
+        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "must be 0..5 deg from +Z, got 5.71 deg"),
         (
             "[kinematics.rotation]\nalong = [0.0, 0.0, 0.0]",
             "kinematics.rotation.along = [0.0, 0.0, 0.0]: must be a vector of length 1",

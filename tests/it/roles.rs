@@ -270,7 +270,8 @@ fn what_is_not_known_or_leaves_nothing_is_refused_by_name() {
         ),
     ] {
         package(&path, "millimeter", &whole, one, &[(name, text.to_owned())]);
-        refused(&path, &format!("mesh/xml: {name}"));
+        let error = inspected(&path).unwrap_err();
+        assert!(error.contains("error[mesh/") && error.contains(name), "{error}");
     }
     // Stretches beyond the mesh, and objects that are not there, are of no triangle.
     let beyond = "<config><object id=\"3\"><volume firstid=\"12\" lastid=\"99999999999\"><metadata key=\"volume_type\" value=\"NegativeVolume\"/>\

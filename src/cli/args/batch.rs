@@ -13,7 +13,7 @@ pub(in crate::cli) struct BatchArgs {
     /// Number of models to process in parallel [default: number of processors]
     #[arg(help_heading = "Many models (a folder, or a list)", long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(in crate::cli) jobs: Option<u16>,
-    /// Only every N-th model from the I-th on, I from 0: for N machines and one folder of results
+    /// Process every N-th model from the I-th on (I starts at 0), to share one folder of results among N machines
     #[arg(help_heading = "Many models (a folder, or a list)", long, value_name = "I/N", hide_short_help = true)]
     pub(in crate::cli) share: Option<String>,
     /// Retry models that failed before

@@ -14,8 +14,8 @@ use crate::publish::Fingerprint;
 pub(in crate::cli) struct StreamArgs {
     /// Resume an interrupted print from its journal
     ///
-    /// At the printer's own line counter or position, or after a reset at a line that is proved to lie on what is there and to be reached
-    /// without a collision.
+    /// Continues at the printer's own line counter or position. After a reset, continues at a line that is proved to be on printed
+    /// material and reachable without a collision.
     #[arg(help_heading = PRINTING, long)]
     pub(in crate::cli) resume: bool,
     /// With --resume after a reset: the first line to print, found by inspecting the part

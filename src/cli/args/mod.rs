@@ -46,7 +46,7 @@ pub(in crate::cli) struct Args {
     /// Print more
     #[arg(short, long, global = true, help_heading = GENERAL)]
     pub(in crate::cli) verbose: bool,
-    /// Print help: -h what is used every day, --help everything
+    /// Print help: -h for everyday options, --help for all options
     #[arg(id = "help", short, long = "help", global = true, action = clap::ArgAction::Help, help_heading = GENERAL)]
     _help: Option<bool>,
 }
@@ -192,8 +192,8 @@ pub(in crate::cli) struct PlanArgs {
     /// as 1*bss+0.01*staircase
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().objective)]
     pub(in crate::cli) objective: String,
-    /// What the orientation search minimises, if the plan's own objective does not depend on orientations
-    /// [default: the plan's objective where it is one of parts, else staircase]
+    /// Objective of the orientation search, if the plan's own objective does not depend on orientations
+    /// [default: the plan's objective if `trunnion orient` has it, else staircase]
     #[arg(help_heading = PLANNING, long, value_name = "NAME", hide_short_help = true)]
     pub(in crate::cli) orient_by: Option<String>,
     /// Orientation search, any method of `trunnion orient` [default: a multistart of quick descents]
@@ -248,7 +248,7 @@ pub(in crate::cli) struct PlanArgs {
 pub(in crate::cli) struct SliceArgs {
     /// auto, builtin, prusa-slicer, slic3r, cura, or a path
     ///
-    /// cura is its engine, CuraEngine; a path is that of any of them.
+    /// cura means its engine, CuraEngine; a path may lead to any of these slicers.
     #[arg(help_heading = SLICING, long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(in crate::cli) slicer: String,
     /// Slicer configuration that overrides the profile's [process]

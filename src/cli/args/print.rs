@@ -171,7 +171,7 @@ pub(in crate::cli) struct Rewrite {
     /// Overwrite the input file, as a slicer's post-processing script does
     #[arg(long, conflicts_with = "output")]
     pub(in crate::cli) in_place: bool,
-    /// Which print of the plan an unlabelled file is
+    /// Number of the print in the plan, for a file without labels
     #[arg(long, value_name = "N")]
     pub(in crate::cli) print: Option<usize>,
     #[command(flatten)]

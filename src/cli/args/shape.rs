@@ -25,7 +25,7 @@ pub(in crate::cli) struct Inspect {
 pub(in crate::cli) struct Orient {
     #[command(flatten)]
     pub(in crate::cli) model: ModelArgs,
-    /// printable (grams and minutes of a pose that stands, with reasons), staircase, support-area, height, overhang-angle,
+    /// printable (grams and minutes of a stable pose, with reasons), staircase, support-area, height, overhang-angle,
     /// normal-z, weighted-normal-z, tanh-overhang,
     /// support-volume-convex, support-volume-convex-smooth, support-volume, support-volume-column, interface-area,
     /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height, weights of either sign; may be given several times
@@ -214,7 +214,7 @@ pub(in crate::cli) struct Support {
     /// x (two crossed sheets), prism (solid squares) or tree (round rods)
     #[arg(long, default_value_t = SupportOptions::default().structure)]
     pub(in crate::cli) structure: String,
-    /// Thickness of a sheet, and half that of the thinnest rod [default: 0.4, or half a step where that is less]
+    /// Thickness of a sheet; the thinnest rod is twice as thick [default: 0.4, or half a step if that is less]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) wall: Option<f64>,
     /// Gap between the supports and the model

@@ -163,7 +163,7 @@ impl CalibrateResult {
                 let k = &self.machine.profile.kinematics;
                 let along = if k.tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
                 format!(
-                    "the table is not level along {along} where {} and {} are zero, and no angle levels it: its rim is off by {mm:.3} mm (allowed \
+                    "no angle levels the table along {along}: its rim is off by {mm:.3} mm with {} and {} at zero (maximum \
                      {allowed_mm} mm); level it on its axis, or raise --tolerance",
                     k.tilt.letter, k.rotation.letter
                 )

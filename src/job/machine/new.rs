@@ -201,7 +201,7 @@ pub(super) fn may_be_named(c: char) -> bool {
 /// Refuses a name that no own profile may have.
 pub(super) fn fit_name(name: &str) -> Result<(), MachineError> {
     if name.is_empty() || !name.chars().all(may_be_named) || shipped(name).is_ok() {
-        let why = "a name is made of letters, digits, - and _, and must not be a shipped profile's".to_owned();
+        let why = "use only letters, digits, - and _, and not the name of a shipped profile".to_owned();
         return Err(MachineError::Answer { what: name.to_owned(), why });
     }
     Ok(())

@@ -44,7 +44,7 @@ pub(super) fn meshes(
         let share = |closed: &Fanned<Object>| closed.area_mm2 / closed.mesh.area();
         let Some(closed) = closed.filter(|closed| share(closed) <= SMALL_HOLES) else { return Err(needed(error)) };
         world.progress.warning(&format!(
-            "{error}: {} closed with triangle fans for this answer, {:.2} mm2, {:.2} % of the surface; the model is not changed",
+            "{error}: {} closed with triangle fans for this calculation ({:.2} mm2, {:.2} % of the surface); the model is not changed",
             counted(closed.holes, "hole"),
             closed.area_mm2,
             100.0 * share(&closed)

@@ -144,7 +144,7 @@ pub enum BadPacking {
         text: String,
     },
     /// A file without boxes.
-    #[error("{0} has no boxes; write one a line: width, depth and height in mm, for example 20 30 15")]
+    #[error("{0} has no boxes; write one box per line: width, depth and height in mm, for example 20 30 15")]
     NoBoxes(String),
     /// Values that do not go with the models.
     #[error(

@@ -265,7 +265,7 @@ impl Sender {
         let Phase::Probe(probe) = &self.phase else { return };
         let reset = probe.greeted || (found == 0 && proven > 0);
         self.stop(if reset {
-            StopReason::Reset { greeting: format!("its line counter went from {proven} to {found}") }
+            StopReason::Reset { greeting: format!("its line counter changed from {proven} to {found}") }
         } else if last == 0 {
             StopReason::Unrecorded { found }
         } else {

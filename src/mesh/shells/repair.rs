@@ -27,7 +27,7 @@ pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<
     let dropped = drop_repeats(surface) + drop_bare(vertices, surface);
     say(dropped, format!("{dropped} collapsed or repeated facets removed"));
     let parted = part_sides(vertices, surface, within);
-    say(parted, format!("{parted} sides of facets split at vertices that lie on them"));
+    say(parted, format!("{parted} facet edges split at vertices on them"));
     let turned = turn_facets(vertices, surface);
     say(turned, format!("{turned} facets flipped to agree with their neighbours"));
     let (filled, facets) = fill(vertices, surface);

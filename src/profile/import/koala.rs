@@ -152,8 +152,8 @@ impl<'a> Reader<'a> {
         } else {
             let at = self.machine.place("machineOffset");
             self.notes.push(format!(
-                "{at}: machineOffset is not 0, so the program turns its picture about another point than its paths: the position of the tilt axis \
-                 is unknown"
+                "{at}: machineOffset is not 0, so the position of the tilt axis is unknown: the program turns its picture and its paths \
+                 about different points"
             ));
         }
         match self.tree.right_handed {
@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
             let part = document.text(&format!("{path}.part"))?;
             let tree: &'a Tree = self.tree;
             let Some(part) = tree.name_of(&part) else {
-                return wrong("part", format!("there is no part {part:?}; parts are {}", self.tree.names()));
+                return wrong("part", format!("part {part:?} not found; parts are {}", self.tree.names()));
             };
             let size = |name: &str| -> Result<f64, ImportError> {
                 let stated = document.needed(&format!("{path}.{name}"))?;
@@ -236,7 +236,8 @@ impl<'a> Reader<'a> {
             }
             if max[2] > 0.0 {
                 self.notes.push(format!(
-                    "{}: {} reaches {:.2} mm above the plate and turns with it, which a profile cannot describe: nothing keeps the head away from it",
+                    "{}: a profile cannot describe {}, which reaches {:.2} mm above the plate and turns with it; collisions with it \
+                     are not checked",
                     piece.from, piece.name, max[2]
                 ));
             }
@@ -266,7 +267,8 @@ impl<'a> Reader<'a> {
             match self.tree.role(piece.part) {
                 Role::Table => {}
                 Role::Cradle => self.notes.push(format!(
-                    "{}: {} tilts with the table and does not turn with it, which a profile cannot describe: nothing keeps the head away from it",
+                    "{}: a profile cannot describe {}, which tilts with the table and does not turn with it; collisions with it are \
+                     not checked",
                     piece.from, piece.name
                 )),
                 Role::Follows(moves) if moves.is_empty() => {

@@ -32,7 +32,10 @@ const ANGLES: [(&str, f64); 6] = [
 pub(super) fn read(inis: &[&File], hals: &[&File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let [file] = inis else {
         let (file, first) = (inis[1].name.clone(), &inis[0].name);
-        return Err(ImportError::File { file, why: format!("{first} is also an ini; give that of one machine") });
+        return Err(ImportError::File {
+            file,
+            why: format!("{first} is also an ini file; give the ini file of one machine only"),
+        });
     };
     let ini = Ini::read(file, shelf)?;
     let hal = Hal::read(file, hals, &ini, shelf)?;

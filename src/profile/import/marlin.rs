@@ -46,7 +46,7 @@ impl Reader {
         let values = self.defines.list(&defined)?;
         if values.len() <= axes {
             let why = format!(
-                "{name} has {} numbers, and this machine {axes} axes and an extruder; give each its own",
+                "{name} has {} numbers, but this machine has {axes} axes and an extruder; give one number for each",
                 values.len()
             );
             return Err(ImportError::At { place: defined.place, why });

@@ -304,7 +304,7 @@ fn narrow(fact: &mut Fact) {
     let taken = if fact.key.ends_with("min_deg") { value.max(*ends.start()) } else { value.min(*ends.end()) };
     if taken != value {
         let gap = if fact.how.is_empty() { "" } else { "; " };
-        fact.how = format!("{}{gap}the file says {value}, and a profile has at most {taken}", fact.how);
+        fact.how = format!("{}{gap}the file has {value}, but a profile allows at most {taken}", fact.how);
         fact.value = taken.into();
     }
 }

@@ -156,7 +156,7 @@ impl Config {
             None => PathBuf::from(plain),
         };
         let path = file.beside(&path.to_string_lossy());
-        let inner = open.named(path, place, "copy it from the board, to the same place beside this file")?;
+        let inner = open.named(path, place, "copy it from the board to the same relative path beside this file")?;
         self.file(&inner, open)?;
         open.leave();
         Ok(())
@@ -296,7 +296,7 @@ impl Config {
         }
         let end = self.last.clone().unwrap_or(StatedAt { file: String::new(), line: 0 });
         let at = self.axes.values().find_map(|axis| axis.from.clone()).unwrap_or(end);
-        two(&rotary, &at, "axes beside X, Y and Z are made by M584")?;
+        two(&rotary, &at, "M584 creates the axes other than X, Y and Z")?;
         Ok(rotary)
     }
 

@@ -236,7 +236,7 @@ fn messages_and_files_are_read_within_bounds() {
     let failed = refused("head -c 9000000 /dev/zero | tr '\\0' '\\n' >&2; echo 'no layers' >&2; exit 1");
     assert!(failed.ends_with("no layers"), "{failed}");
     let big = refused("truncate -s 2G \"$out\"; sleep 600");
-    assert!(big.contains("wrote 2147483648 bytes") && big.contains("allowed are 1073741824"), "{big}");
+    assert!(big.contains("wrote 2147483648 bytes") && big.contains("(maximum 1073741824)"), "{big}");
     assert!(refused("mkfifo \"$out\"").contains("wrote no file"));
 }
 
@@ -313,7 +313,7 @@ fn a_child_in_a_session_of_its_own_ends_with_the_slicer() {
     let left = folder.path().join("left");
     let body = "setsid sh -c 'echo $$ > LEFT; exec sleep 600' & while [ ! -s LEFT ]; do sleep 0.01; done; truncate -s 2G \"$out\"; sleep 600";
     let big = refused(&body.replace("LEFT", &left.display().to_string()));
-    assert!(big.contains("allowed are 1073741824"), "{big}");
+    assert!(big.contains("(maximum 1073741824)"), "{big}");
     let child = written(&left);
     wait_for_its_end(&child);
     assert!(!alive(&child), "it goes on");

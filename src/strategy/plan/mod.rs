@@ -102,8 +102,8 @@ impl PlanResult {
         let WorstStanding { part, slot, tilt, held } = self.standing.filter(|one| one.held.pushed < DOUBTFUL)?;
         let (tilt, times) = (tilt.deg(), held.pushed);
         Some(format!(
-            "slot {slot}, table at {tilt:.0} deg: while part {part} is printed, the first layer on the table holds {times:.1} times over; a larger \
-             footprint or a brim (not counted) holds more"
+            "slot {slot}, table at {tilt:.0} deg: while part {part} is printed, the first layer on the table holds with a safety \
+             factor of {times:.1}; a larger footprint or a brim (not counted) holds more"
         ))
     }
 

@@ -121,8 +121,8 @@ fn what_cannot_be_cut_is_told_in_a_sentence_and_nothing_is_written() {
         assert!(fails(&err, words), "{words:?} is not {err:?}");
         assert!(!output.exists() && !error.ends_with('.'), "{error}");
     };
-    refused(&tee, &["--max-cuts", "1"], 1, "split/still-hangs: after 1 cut | 500.0 mm2 | --allow");
-    refused(&tee, &["--max-cuts", "0"], 1, "split/still-hangs: 500.0 of 500.0 mm2");
+    refused(&tee, &["--max-cuts", "1"], 1, "command/no: after 1 cut | 500.0 mm2 | --allow");
+    refused(&tee, &["--max-cuts", "0"], 1, "command/no: 500.0 of 500.0 mm2");
     refused(&tee, &["--max-cuts", "101"], 2, "setting/out-of-range: --max-cuts 101 | 0..100");
     refused(&tee, &["--allow=-1"], 2, "setting/out-of-range: --allow -1 mm2 | 0..1000000");
     refused(&tee, &["--pedestal", "900"], 2, "setting/out-of-range: --pedestal 900 mm | 0..200");

@@ -91,7 +91,7 @@ impl Tree {
             .collect::<Result<Vec<_>, _>>()?;
         let find = |path: &str| -> Result<usize, ImportError> {
             let name = machine.text(path)?;
-            let why = format!("there is no part {name:?}; parts are {}", names.join(", "));
+            let why = format!("part {name:?} not found; parts are {}", names.join(", "));
             names.iter().position(|n| *n == name).ok_or_else(|| ImportError::At { place: machine.place(path), why })
         };
         let mut parts: Vec<Part> = Vec::new();
@@ -263,7 +263,7 @@ fn sense(machine: &Document<'_>, path: &str, invert: &str, axis: Axis) -> Result
     let beside: f64 = (0..3).filter(|k| *k != i).map(|k| own[k].abs()).sum();
     if beside > ALONG || (own[i].abs() - 1.0).abs() > ALONG {
         let why = format!(
-            "{given:?} is not along {name}, which a profile needs; {:?} is",
+            "{given:?} is not along {name}; a profile requires that, for example {:?}",
             match i {
                 0 => [1, 0, 0],
                 1 => [0, 0, -1],
