@@ -342,7 +342,7 @@ class Failures(Folder):
             ("up", (0, 0, 0), "up 0,0,0 has no direction"),
             ("objective", "bsss", "objective: "),
             ("objective", 3, "objective 3 is not a text"),
-            ("allow", {9: 1}, "part 9 does not exist"),
+            ("allow", {9: 1}, "has no part 9"),
             ("allow", {"x": 1}, "beside and allow"),
             ("beside", 3, "beside and allow"),
             ("top", 0, "top 0: must be 1..100"),

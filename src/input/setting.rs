@@ -59,8 +59,10 @@ pub enum BadSetting {
         what: &'static str,
     },
     /// A part that the model does not have.
-    #[error("part {given} does not exist; {model} has parts 0..{last}")]
+    #[error("{name} {given}: {model} has no part {given}; its parts are 0..{last}")]
     NoSuchPart {
+        /// The setting.
+        name: &'static str,
         /// Its number.
         given: usize,
         /// The last part's.

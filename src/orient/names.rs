@@ -70,7 +70,7 @@ impl Default for ObjectiveSettings {
 #[strum(serialize_all = "kebab-case", prefix = "objective/")]
 pub enum BadObjective {
     /// No objective has this name.
-    #[error("unknown objective `{name}`; the nearest is {nearest} (all: {})", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
+    #[error("unknown objective `{name}`; did you mean {nearest}? (all: {})", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
     Unknown {
         /// As given.
         name: String,

@@ -289,7 +289,7 @@ fn turn(
             recommend(&Facets::of(&part.mesh), &process_of(machine), None, None).recommended.up
         }
         PoseChoice::On(given) if given > last => {
-            return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
+            return Err(BadSetting::NoSuchPart { name: "base", given, last, model: model.file.clone() }.into());
         }
         PoseChoice::On(part) => {
             let name = || model.model.parts[part].name.clone();

@@ -267,7 +267,7 @@ fn a_head_is_measured_by_callipers() {
         (
             "generic-ac",
             &[("head.gantry_moves", "none"), ("head.gantry_z_mm", "[1, 2]")],
-            "head.gantry_moves=\"none\" | no measures",
+            "head.gantry_moves=\"none\" | gantry_z_mm",
         ),
         ("generic-ac", &[("head.gantry_moves", "XZ")], "head.gantry_moves, head.gantry_mm, head.gantry_z_mm | --like"),
         ("fibr3d", &[("head.carriage_mm", "[1, 2, 3, 4]")], "head.carriage_mm, head.carriage_z_mm | --like"),

@@ -170,7 +170,7 @@ fn bad_exceptions_are_told_in_a_sentence() {
         (["--bridge", "900"], "--bridge 900: must be 0..200 mm"),
         (["--tolerate", "-1"], "unexpected argument"),
         (["--tolerate=-1", "-q"], "--tolerate -1 mm2: must be 0..1000000"),
-        (["--allow", "1:5"], "part 1 does not exist"),
+        (["--allow", "1:5"], "has no part 1"),
         (["--allow", "a"], "--allow a: must be a part number"),
         (["--allow", "0:x"], "--allow 0:x: must be a part number"),
         (["--allow", "0:2000000"], "--allow 2000000 mm2: must be 0..1000000"),

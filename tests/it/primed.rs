@@ -87,7 +87,7 @@ fn a_prime_line_on_the_table_is_printed_and_what_is_wrong_with_one_is_found() {
         outside(-70.0, z, 8.0, "above the table; it must be level, at 0.05..0.4 mm");
     }
     for e in [24.0, 100.0] {
-        outside(-70.0, 0.3, e, "at most 1.60 mm");
+        outside(-70.0, 0.3, e, "1.60 mm");
     }
     // Half of 0.7 and the nozzle's half of 0.5 or so from the wall's middle, 9.8 from the trunk's.
     for y in [-10.6, -10.0, -5.0, 0.0] {

@@ -68,7 +68,7 @@ pub(super) fn chosen(request: &OrientRequest, mut parts: Vec<Numbered>) -> Resul
     let last = parts.len() - 1;
     if let Some(range) = wanted.iter().find(|range| *range.end() > last) {
         let model = request.model.source.name().into_owned();
-        return Err(BadSetting::NoSuchPart { given: *range.end(), last, model });
+        return Err(BadSetting::NoSuchPart { name: "part", given: *range.end(), last, model });
     }
     parts.retain(|(id, _)| wanted.iter().any(|range| range.contains(id)));
     Ok(parts)

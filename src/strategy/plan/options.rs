@@ -204,7 +204,7 @@ impl PlanAsked {
         let last = model.model.parts.len() - 1;
         for &(given, area) in &options.allow {
             if given > last {
-                return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
+                return Err(BadSetting::NoSuchPart { name: "allow", given, last, model: model.file.clone() }.into());
             }
             BadSetting::within("allow", area.unwrap_or(0.0), " mm2", [0.0, MOST_MM2])?;
         }

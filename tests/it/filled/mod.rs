@@ -166,7 +166,7 @@ fn what_is_left_out_is_told_by_the_command_and_too_much_of_it_refused() {
     );
     assert_eq!(left["layers"], 25);
     assert!(left["print"].as_str().unwrap().starts_with("print-00-"));
-    assert!(states(document["warnings"][0].as_str().unwrap(), "print-00-box | 0.50 %"), "{}", said(&told));
+    assert!(states(document["warnings"][0].as_str().unwrap(), "print-00-part-0 | 0.50 %"), "{}", said(&told));
     assert!(String::from_utf8_lossy(&told.stderr).contains("warning: print-00-"), "{}", said(&told));
     std::fs::remove_file(&output).unwrap();
     let refused = prepared(1.5);
