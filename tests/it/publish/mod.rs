@@ -8,6 +8,7 @@ mod server;
 mod shown;
 mod thumbnails;
 
+use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::{Arc, OnceLock};
@@ -377,6 +378,21 @@ fn what_an_octoprint_says_of_its_printer_is_held_against_the_file() {
 }
 
 /// A server with the certificate of the tests' own authority.
+/// A port of 127.0.0.2 from which one connection is led on to the server at `to`.
+fn led_on_to(to: &str) -> u16 {
+    let port: u16 = to.rsplit(':').next().and_then(|port| port.parse().ok()).expect("a port");
+    let door = TcpListener::bind("127.0.0.2:0").expect("a second address of the loopback");
+    let own = door.local_addr().expect("bound").port();
+    std::thread::spawn(move || {
+        let (caller, _) = door.accept().expect("a caller");
+        let server = TcpStream::connect(("127.0.0.1", port)).expect("the server");
+        let [mut from, mut to] = [&caller, &server].map(|stream| stream.try_clone().expect("a second handle"));
+        std::thread::spawn(move || std::io::copy(&mut from, &mut to));
+        let _ = std::io::copy(&mut &server, &mut &caller);
+    });
+    own
+}
+
 fn with_tls() -> Server {
     with_certificate("server.pem", "server.key.pem")
 }
@@ -435,8 +451,8 @@ fn tls_holds_certificates_against_this_computers_authorities() {
     done(publish(&server.to(), &[]).env("SSL_CERT_FILE", certificate("authority.pem")));
     assert_eq!(server.inside().files.len(), 1);
     // Not the name in the certificate.
-    let other = server.to().replace("localhost", "127.0.0.2");
-    fails(publish(&other, &[]).env("SSL_CERT_FILE", certificate("authority.pem")), 4, "server/tls");
+    let other = format!("moonraker:https://127.0.0.2:{}", led_on_to(&server.to()));
+    fails(publish(&other, &[]).env("SSL_CERT_FILE", certificate("authority.pem")), 4, "server/tls: 127.0.0.2");
     let plain = server.to().replace("https", "http");
     fails(&mut publish(&plain, &[]), 4, "");
 }
