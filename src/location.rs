@@ -79,9 +79,12 @@ impl Location {
     pub fn excerpt(&self, text: &str) -> Option<String> {
         let stated = usize::try_from(self.line?).ok()?;
         let mut lines = text.lines().enumerate().skip(stated.checked_sub(1)?);
-        let has_word = |(_, line): &(usize, &str)| self.word.as_ref().is_some_and(|word| line.contains(word.as_str()));
+        let has_word =
+            |(_, line): &(usize, &str)| self.word.as_ref().is_some_and(|word| place_of(word, line).is_some());
         let first = lines.next()?;
-        let (index, line) = if has_word(&first) { first } else { lines.find(has_word).unwrap_or(first) };
+        let quotes = QUOTES.into_iter().find(|quotes| first.1.matches(quotes).count() == 1);
+        let within = quotes.and_then(|quotes| lines.take_while(|(_, line)| !line.contains(quotes)).find(has_word));
+        let (index, line) = within.filter(|_| !has_word(&first)).unwrap_or(first);
         let number = index + 1;
         let characters: Vec<char> = line.chars().collect();
         let (from, count) = self.marked(line)?;
@@ -99,9 +102,8 @@ impl Location {
     /// blanks.
     fn marked(&self, line: &str) -> Option<(usize, usize)> {
         let at = |byte: usize| line[..byte].chars().count();
-        if let Some(byte) = self.word.as_ref().filter(|word| !word.is_empty()).and_then(|word| line.find(word.as_str()))
-        {
-            return Some((at(byte), self.word.as_ref()?.chars().count()));
+        if let Some((word, byte)) = self.word.as_ref().and_then(|word| Some((word, place_of(word, line)?))) {
+            return Some((at(byte), word.chars().count()));
         }
         let length = line.chars().count();
         if let Some(column) = self.column.map(|column| column.saturating_sub(1)).filter(|&column| column < length) {
@@ -113,6 +115,19 @@ impl Location {
     }
 }
 
+/// Where `line` has `word`, and not only as a part of a longer one, in bytes.
+fn place_of(word: &str, line: &str) -> Option<usize> {
+    let part = |c: char| c.is_alphanumeric() || c == '_';
+    let is_part = |edge: Option<char>, beside: Option<char>| edge.is_some_and(part) && beside.is_some_and(part);
+    let stands = |at: usize| {
+        let (before, after) = (line[..at].chars().next_back(), line[at + word.len()..].chars().next());
+        !is_part(word.chars().next(), before) && !is_part(word.chars().next_back(), after)
+    };
+    line.match_indices(word).map(|(at, _)| at).find(|&at| !word.is_empty() && stands(at))
+}
+
+/// What opens and closes a value of many lines in TOML.
+const QUOTES: [&str; 2] = ["\"\"\"", "'''"];
 /// Of a long line so many characters are shown, so many of them before the mark.
 const SHOWN: usize = 100;
 const BEFORE: usize = 40;
@@ -132,10 +147,20 @@ mod tests {
         );
         assert_eq!(location.clone().column(2).excerpt(TEXT).unwrap(), "2 | \tkey = \"värde\" # of it\n  | \t^^^");
         assert_eq!(location.clone().excerpt(TEXT).unwrap().lines().nth(1), Some("  | \t^^^^^^^^^^^^^^^^^^^^^"));
-        // Further down, as in a value of many lines.
-        assert_eq!(location.clone().word("ast").excerpt(TEXT).unwrap(), "4 | last\n  |  ^^^");
         // A word that is not there, and a column behind the end: the line.
         assert_eq!(location.clone().word("gone").column(99).excerpt(TEXT), location.excerpt(TEXT));
+    }
+
+    #[test]
+    fn a_word_is_looked_for_further_down_within_its_own_value_alone() {
+        let text = "start = \"\"\"\nG28\nG29 ; G2\n\"\"\"\nlayer2 = 2\nafter = \"G30\"";
+        let at = |line: u64, word: &str| Location::file("f").line(line).word(word).excerpt(text).unwrap();
+        assert_eq!(at(1, "G29"), "3 | G29 ; G2\n  | ^^^");
+        assert_eq!(at(1, "G2"), "3 | G29 ; G2\n  |       ^^");
+        // Behind the value is another.
+        assert!(at(1, "G30").starts_with("1 | start"));
+        assert!(at(5, "G30").starts_with("5 | layer2"));
+        assert_eq!(at(5, "2"), "5 | layer2 = 2\n  |          ^");
     }
 
     #[test]
@@ -149,7 +174,7 @@ mod tests {
 
     #[test]
     fn of_a_long_line_what_is_around_the_mark_is_shown() {
-        let text = format!("{}X{}", "a".repeat(500), "b".repeat(500));
+        let text = format!("{} X {}", "a".repeat(500), "b".repeat(500));
         let excerpt = Location::file("f").line(1_u64).word("X").excerpt(&text).unwrap();
         let lines: Vec<&str> = excerpt.lines().collect();
         assert_eq!(lines[0].find('X'), lines[1].find('^'));

@@ -5,7 +5,7 @@ use serde_json::Value;
 use trunnion::document;
 use trunnion::job::{Error, PrintError};
 use trunnion::planning::can_be_helped;
-use trunnion::strategy;
+use trunnion::strategy::StrategyError;
 
 /// A failure in values that may go from one thread to another.
 pub(crate) struct Trouble {
@@ -45,10 +45,8 @@ where
         let error = Error::from(error);
         let (text, exit) = (error.to_string(), document::exit_code(&error));
         let document = match &error {
-            Error::Strategy(strategy::StrategyError::NoPlan(no)) if can_be_helped(&no.infeasible) => {
-                document::no_plan(no)
-            }
-            Error::Strategy(strategy::StrategyError::NoWay(no)) => document::no_way(no),
+            Error::Strategy(StrategyError::NoPlan(no)) if can_be_helped(&no.infeasible) => document::no_plan(no),
+            Error::Strategy(StrategyError::NoWay(no)) => document::no_way(no),
             Error::Print(PrintError::Rejected(no)) => document::rejected(no),
             _ => document::failed(error.code(), &text, exit, error.location().as_ref(), None),
         };

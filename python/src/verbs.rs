@@ -13,7 +13,7 @@ use trunnion::job::{
     SlicingOptions, SplitOptions, SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
-use trunnion::strategy;
+use trunnion::strategy::StrategyError;
 use trunnion::strategy::Way;
 use trunnion::world::FileError;
 
@@ -259,7 +259,7 @@ pub(crate) fn plan(model: Named, profile: Named, told: Bound<'_, PyAny>, given: 
         let sheet = PictureFile::claim("sheet", sheet.as_deref(), &mut outputs)?;
         let done = job::plan(&request, world);
         before_writing(world);
-        if let (Err(strategy::StrategyError::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
+        if let (Err(StrategyError::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
             no.sheet().map(|drawing| sheet.write(&drawing)).transpose()?;
         }
         let done = done?;

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::geom::{Object, Sets, Vec3};
-use crate::mesh::{EdgeMap, TriangleMesh, patches};
+use crate::mesh::{EdgeMap, TriangleMesh, patches, sides_of};
 
 type Mesh = TriangleMesh<Object>;
 
@@ -58,10 +58,6 @@ fn lowest_first(t: [u32; 3]) -> [u32; 3] {
     [0, 1, 2].map(|i| t[(lowest + i) % 3])
 }
 
-fn sides(t: &[u32; 3]) -> [[u32; 2]; 3] {
-    [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]
-}
-
 /// Facets by the plane face that they belong to, each in ascending order.
 fn faces(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Vec<usize>> {
     let doubled = |t: &[u32; 3]| {
@@ -71,13 +67,13 @@ fn faces(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Vec<usize>> {
     let mut across: EdgeMap<Option<usize>> = EdgeMap::default();
     for (index, facet) in facets.iter().enumerate() {
         // A side that is there twice belongs to nobody.
-        for side in sides(facet) {
+        for side in sides_of(facet) {
             across.entry(side).and_modify(|of| *of = None).or_insert(Some(index));
         }
     }
     let mut sets = Sets::new(facets.len());
     for (index, facet) in facets.iter().enumerate() {
-        for [a, b] in sides(facet) {
+        for [a, b] in sides_of(facet) {
             let Some(&Some(other)) = across.get(&[b, a]).filter(|_| a < b) else { continue };
             let (one, two) = (doubled(facet), doubled(&facets[other]));
             // The larger facet tells the plane, the other one has to lie in it, the same way up.
@@ -100,8 +96,7 @@ fn faces(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Vec<usize>> {
 
 /// The face's triangles from its border alone; `None` where it is one facet, or its border cannot be triangulated.
 fn triangles(vertices: &[Vec3], facets: &[[u32; 3]], face: &[usize]) -> Option<Vec<[u32; 3]>> {
-    let all: Vec<[u32; 2]> = face.iter().flat_map(|&index| sides(&facets[index])).collect();
-    let mut border: Vec<[u32; 2]> = all;
+    let mut border: Vec<[u32; 2]> = face.iter().flat_map(|&index| sides_of(&facets[index])).collect();
     border.sort_unstable();
     let inner: Vec<[u32; 2]> = border.iter().copied().filter(|&[a, b]| border.binary_search(&[b, a]).is_ok()).collect();
     if inner.is_empty() {
@@ -163,7 +158,7 @@ mod tests {
             assert_eq!((other.vertices(), other.facets()), (all[0].vertices(), all[0].facets()));
         }
         // Every side has its partner: the corner in the middle of a side is one of both faces.
-        let sides: Vec<[u32; 2]> = all[0].facets().iter().flat_map(sides).collect();
+        let sides: Vec<[u32; 2]> = all[0].facets().iter().flat_map(sides_of).collect();
         assert!(sides.iter().all(|&[a, b]| sides.iter().filter(|side| **side == [b, a]).count() == 1));
     }
 

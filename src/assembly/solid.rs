@@ -42,7 +42,7 @@ pub(super) fn common(a: &Mesh, b: &Mesh) -> Result<Common, String> {
 
 /// `a` without what it has in common with `b`; `None` where that is nothing or several pieces.
 pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, String> {
-    let left = boolean(a, b, &OpType::Subtract)?;
+    let left = made(a, b, &OpType::Subtract)?;
     let off = (left.volume() + common.volume_mm3 - a.volume()).abs();
     if off > EXACT * a.volume() {
         return Err(format!("the volumes differ by {off:.4} mm3"));
@@ -64,7 +64,7 @@ pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
     if lost <= EXACT * a.volume() {
         return Ok((vec![a.clone()], 0.0));
     }
-    let left = boolean(a, b, &OpType::Subtract)?;
+    let left = made(a, b, &OpType::Subtract)?;
     let off = (left.volume() + lost - a.volume()).abs();
     if off > EXACT * a.volume() {
         return Err(format!("the volumes differ by {off:.4} mm3"));
@@ -129,12 +129,18 @@ fn kept(mesh: &Mesh, shells: &[Shell]) -> Mesh {
 
 /// Both as one solid: where they touch or overlap, their common faces go.
 pub(super) fn joined_with(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
-    let both = boolean(a, b, &OpType::Add)?;
+    let both = made(a, b, &OpType::Add)?;
     let common = common(a, b)?.volume_mm3;
     let off = (both.volume() + common - a.volume() - b.volume()).abs();
     if off > EXACT * (a.volume() + b.volume()) { Err(format!("the volumes differ by {off:.4} mm3")) } else { Ok(both) }
 }
 
+/// The boolean as a mesh to keep: the same in every run, whatever its hash maps are seeded with.
+fn made(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
+    boolean(a, b, what).map(|mesh| canonical(&mesh))
+}
+
+/// The boolean, whose triangles differ from run to run: for volumes.
 fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
     let what = match what {
         OpType::Add => OpType::Add,
@@ -149,8 +155,7 @@ fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
     };
     let vertices = done.ps.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
     let facets = done.hs.chunks(3).map(|h| [h[0].tail, h[1].tail, h[2].tail].map(|v| v as u32)).collect();
-    // In every run the same, whatever its hash maps are seeded with.
-    Ok(canonical(&Mesh::new(vertices, facets)))
+    Ok(Mesh::new(vertices, facets))
 }
 
 fn manifold(mesh: &Mesh) -> Result<Manifold, String> {

@@ -6,7 +6,7 @@ use super::args::Plan as Verb;
 use super::requests::{folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, FileError, OutputFile, PictureFile, PlanRequest, PlanResult, strategy};
+use crate::job::{self, Error, FileError, OutputFile, PictureFile, PlanRequest, PlanResult, StrategyError};
 use crate::planning::TimeSlot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -83,7 +83,7 @@ pub(super) fn explained<T>(
     picture: Option<&PictureFile>,
     console: &Console,
 ) -> Result<T, Failure> {
-    if let Err(Error::Strategy(strategy::StrategyError::NoPlan(no))) = &done {
+    if let Err(Error::Strategy(StrategyError::NoPlan(no))) = &done {
         why::explain(no, picture, console)?;
     }
     Ok(done?)

@@ -8,7 +8,7 @@ use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
     self, Cutting, Error, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, PrintError, SendRequest,
-    WaysOut, strategy,
+    StrategyError, WaysOut,
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -78,7 +78,7 @@ fn work(
         console.note("use --preview VIEW.html to inspect the slicer's output, or try --slicer builtin");
     }
     let done = match done {
-        Err(Error::Strategy(strategy::StrategyError::NoPlan(_))) => plan::explained(done, None, console)?,
+        Err(Error::Strategy(StrategyError::NoPlan(_))) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,
     };
     // Nothing is written where it cannot be made.

@@ -7,7 +7,7 @@ use super::args::Preview as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, plan};
 use crate::document;
-use crate::job::{self, Error, OutputFile, PreviewResult, strategy};
+use crate::job::{self, Error, OutputFile, PreviewResult, StrategyError};
 use crate::spelling::counted;
 use crate::verify::Report;
 
@@ -33,8 +33,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match shown.no_plan {
         None => found(&[shown]),
         // With --json there is one document, and that is the page's.
-        Some(no) if console.json() => Err(Error::from(strategy::StrategyError::NoPlan(no)).into()),
-        Some(no) => plan::explained(Err(strategy::StrategyError::NoPlan(no).into()), None, console),
+        Some(no) if console.json() => Err(Error::from(StrategyError::NoPlan(no)).into()),
+        Some(no) => plan::explained(Err(StrategyError::NoPlan(no).into()), None, console),
     }
 }
 

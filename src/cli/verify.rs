@@ -3,7 +3,7 @@
 use super::args::Verify as Verb;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, Error, PrintError, Source, VerifyRequest, strategy};
+use crate::job::{self, Error, PrintError, Source, StrategyError, VerifyRequest};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -25,7 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 
 /// Where the program that was to be written has findings, prints them.
 pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<T, Failure> {
-    if let (Err(Error::Strategy(strategy::StrategyError::NoWay(no))), true) = (&done, console.json()) {
+    if let (Err(Error::Strategy(StrategyError::NoWay(no))), true) = (&done, console.json()) {
         console.document(&document::no_way(no));
     }
     let Err(Error::Print(PrintError::Rejected(rejected))) = &done else { return Ok(done?) };

@@ -6,7 +6,7 @@ use crate::job::{Error, MachineError, PrintError, PrinterError, SendError, Uploa
 use crate::location::Location;
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
-use crate::strategy;
+use crate::strategy::StrategyError;
 use crate::world::interrupts;
 
 /// Any verb that printed no other document: what stands for the case, one sentence, the exit code, where it is, and what to type next, where
@@ -21,14 +21,14 @@ pub fn failed(code: &str, text: &str, exit: u8, place: Option<&Location>, help: 
 pub fn exit_code(error: &Error) -> u8 {
     match error {
         Error::Print(PrintError::Rejected(_))
-        | Error::Strategy(strategy::StrategyError::NoWay(_))
+        | Error::Strategy(StrategyError::NoWay(_))
         | Error::Send(SendError::Unfit { .. })
         | Error::Machine(MachineError::Calibration(_) | MachineError::NoDryRun { .. }) => 1,
         Error::Upload(UploadError::Server(_))
         | Error::Printer(PrinterError::Port(_))
         | Error::Send(SendError::Printer(_) | SendError::Refused { .. }) => 4,
-        Error::Strategy(strategy::StrategyError::Infeasible(why)) => answer_is_no(why),
-        Error::Strategy(strategy::StrategyError::NoPlan(no)) => answer_is_no(&no.infeasible),
+        Error::Strategy(StrategyError::Infeasible(why)) => answer_is_no(why),
+        Error::Strategy(StrategyError::NoPlan(no)) => answer_is_no(&no.infeasible),
         Error::Print(PrintError::Slice(SliceError::Interrupted)) => interrupts::EXIT_CODE,
         Error::Print(PrintError::Slice(error)) if error.is_slicer_failure() => 3,
         _ => 2,

@@ -10,7 +10,7 @@ use super::publish::UploadError;
 use super::send::SendError;
 use crate::input::InputError;
 use crate::location::Location;
-use crate::strategy;
+use crate::strategy::StrategyError;
 use crate::world::NoSlicer;
 
 /// Why a job was not done: what any of them ends with.
@@ -21,7 +21,7 @@ pub enum Error {
     Input(InputError),
     /// A model that has no way to be printed.
     #[error(transparent)]
-    Strategy(strategy::StrategyError),
+    Strategy(StrategyError),
     /// A program that is not made, or not proved.
     #[error(transparent)]
     Print(PrintError),
@@ -88,9 +88,9 @@ impl<E: Into<InputError>> From<E> for Error {
     }
 }
 
-impl From<strategy::StrategyError> for Error {
+impl From<StrategyError> for Error {
     /// What is read is told as the job's own.
-    fn from(error: strategy::StrategyError) -> Self {
+    fn from(error: StrategyError) -> Self {
         PrintError::from(error).into()
     }
 }

@@ -65,7 +65,8 @@ pub use crate::input::{
 pub use crate::strategy::{
     self, ArrangedModel, Arrangement, CutModel, CutSolid, Cutting, Finish, HeldModel, HeldPart, Hindrance, Holding,
     Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PoseChoice, Refused, SplitOptions,
-    SplitRequest, SplitResult, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed, plan, sequences, split,
+    SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed, plan,
+    sequences, split,
 };
 pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;

@@ -304,7 +304,8 @@ fn flip_slivers(triangles: &mut [[u32; 3]], place: &[Flat]) {
     }
 }
 
-fn sides_of(t: &[u32; 3]) -> [[u32; 2]; 3] {
+/// The sides of a triangle, in its sense.
+pub(crate) fn sides_of(t: &[u32; 3]) -> [[u32; 2]; 3] {
     [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]
 }
 

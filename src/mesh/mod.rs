@@ -58,7 +58,7 @@ mod write;
 
 pub use apart::may_overlap;
 pub use box_tree::BoxTree;
-pub(crate) use cap::{CapPatch, NoCap, THIN_MM, patches};
+pub(crate) use cap::{CapPatch, NoCap, THIN_MM, patches, sides_of};
 pub use containing::{Containing, containing};
 pub(crate) use edges::EdgeMap;
 pub use error::{Fault, FilePlace, MAX_COORDINATE, MeshError};

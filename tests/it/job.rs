@@ -14,7 +14,7 @@ use trunnion::job::{
 use trunnion::link::serial::{Address, Port, PortError, Server};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, Slicer, SlicerChoice};
-use trunnion::strategy;
+use trunnion::strategy::StrategyError;
 use trunnion::world::{FileError, NoSlicer};
 
 use crate::support::{coded, fails, root};
@@ -197,7 +197,7 @@ fn where_there_is_no_plan_the_reasons_come_as_values() {
     let mut request = PlanRequest::new(fixture("caged.stl"), "generic-ac");
     request.options.remedies = false;
     let no = job::plan(&request, &World::here(&Silent)).unwrap_err();
-    let strategy::StrategyError::NoPlan(no) = no else { panic!("{no}") };
+    let StrategyError::NoPlan(no) = no else { panic!("{no}") };
     let (reasons, _) = no.reasons();
     assert!(!reasons.is_empty() && no.remedies.is_none());
     assert!(no.sheet().is_some_and(|sheet| sheet.marks.len() > 20));

@@ -16,7 +16,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::motion::TiltAbout;
 use trunnion::planning::Infeasible;
 use trunnion::slicing::SlicerChoice;
-use trunnion::strategy;
+use trunnion::strategy::StrategyError;
 
 use crate::split::solids;
 use crate::support::{Numbers, every, installed, note, seeds, skip, states};
@@ -352,10 +352,10 @@ impl Case {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(
                 error @ Error::Strategy(
-                    strategy::StrategyError::NoPlan(_)
-                    | strategy::StrategyError::Misplaced(_)
-                    | strategy::StrategyError::RoomElsewhere { .. }
-                    | strategy::StrategyError::Infeasible(_),
+                    StrategyError::NoPlan(_)
+                    | StrategyError::Misplaced(_)
+                    | StrategyError::RoomElsewhere { .. }
+                    | StrategyError::Infeasible(_),
                 ),
             ) => Outcome::Refused(error),
             Err(error) => Outcome::Broken(error),
@@ -382,7 +382,7 @@ fn told(error: &Error) -> String {
 /// Whether a refusal says why.
 fn says_why(error: &Error) -> bool {
     match error {
-        Error::Strategy(strategy::StrategyError::NoPlan(no)) => match &no.infeasible {
+        Error::Strategy(StrategyError::NoPlan(no)) => match &no.infeasible {
             Infeasible::NoPlan { summary, reasons, .. } => !summary.is_empty() && !reasons.is_empty(),
             other => !other.to_string().is_empty(),
         },

@@ -224,7 +224,7 @@ fn a_fillet_below_is_printed_as_drawn_and_droops() {
     }
     // Where nothing is to droop, and where a steeper slope is said to be fine.
     let (why, _) = refused(folder.path(), "fillet-5", &rounded(5.0), &["--finish", "fine"]);
-    assert!(states(&why, "mm2 | mm"), "{why}");
+    assert!(states(&why, "mm2 | mid-air | mm"), "{why}");
     is_verified(folder.path(), "fillet-5", &rounded(5.0), &["--finish", "fine", "--overhang", "72"]);
 }
 

@@ -181,7 +181,7 @@ fn what_oozes_out_while_the_table_turns_is_made_up_for() {
             &plan,
             &text.replacen("\nG1 E2.8 F2100\n", &format!("\nG1 E{:.2} F2100\n", 2.8 + by), 1),
         );
-        assert_eq!(found.iter().any(|f| f.starts_with("retract: ")), seen, "by {by}: {found:?}");
+        assert_eq!(found.iter().any(|f| f.starts_with("retract: printing starts")), seen, "by {by}: {found:?}");
     }
 }
 

@@ -4,7 +4,7 @@ use crate::input::{CheckedPlan, InputError};
 use crate::location::Location;
 use crate::slicing::SliceError;
 use crate::spelling::counted;
-use crate::strategy::{self, TriedWay};
+use crate::strategy::{StrategyError, TriedWay};
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
 use crate::verify::Report;
 use crate::world::NoSlicer;
@@ -18,7 +18,7 @@ pub enum PrintError {
     Input(InputError),
     /// A model that has no way to be printed.
     #[error(transparent)]
-    Strategy(strategy::StrategyError),
+    Strategy(StrategyError),
     /// A finished program where a slicer's file was to be.
     #[error("{file} is already a finished program of another plan; slice again, or pass the plan that made it")]
     OtherPlan {
@@ -110,12 +110,12 @@ impl<E: Into<InputError>> From<E> for PrintError {
     }
 }
 
-impl From<strategy::StrategyError> for PrintError {
+impl From<StrategyError> for PrintError {
     /// Settings and files are told as the job's own.
-    fn from(error: strategy::StrategyError) -> Self {
+    fn from(error: StrategyError) -> Self {
         match error {
-            strategy::StrategyError::Setting(bad) => bad.into(),
-            strategy::StrategyError::Input(error) => error.into(),
+            StrategyError::Setting(bad) => bad.into(),
+            StrategyError::Input(error) => error.into(),
             error => Self::Strategy(error),
         }
     }

@@ -11,7 +11,7 @@ use crate::mesh::TriangleMesh;
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Plan, Reason, Workpiece};
 use crate::profile::Profile;
-use crate::strategy;
+use crate::strategy::StrategyError;
 use crate::strategy::holding::support_solids;
 use crate::strategy::{NoPlan, PlaceRequest, PlanRequest, TriedWay, plan};
 use crate::trace;
@@ -111,7 +111,7 @@ pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewRes
         PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
         PreviewRequest::Model(request) => match plan(request, world) {
             Ok(made) => Ok(PreviewResult { ways: made.ways, ..of_plan(&made.plan.model.file, &made.plan, None) }),
-            Err(strategy::StrategyError::NoPlan(no)) => of_no_plan(no, request, world),
+            Err(StrategyError::NoPlan(no)) => of_no_plan(no, request, world),
             Err(error) => Err(error.into()),
         },
     }

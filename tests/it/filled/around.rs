@@ -74,7 +74,7 @@ fn brim_and_skirt_are_laid_by_each_slicer_that_marks_them_and_verified() {
             assert_eq!(done.status.code(), Some(0), "{slicer} {process}: {}", said(&done));
             let ends = laid_around(&text);
             if slicer == "slic3r" {
-                assert!(ends.is_empty() && warnings(&done).iter().any(|w| states(w, "Slic3r")));
+                assert!(ends.is_empty() && warnings(&done).iter().any(|w| states(w, "Slic3r | mark")));
                 continue;
             }
             let heights: Vec<f64> = ends.iter().map(|p| p[2]).collect();
