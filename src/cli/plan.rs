@@ -91,16 +91,8 @@ pub(super) fn explained<T>(
 
 /// How the search went.
 pub(super) fn search(made: &PlanResult, console: &Console) {
-    if made.moved {
-        let placement = &made.plan.plan.placement;
-        let [x, y, _] = placement.origin_mm;
-        console.note(&format!("moved to {x} {y} mm, turned {} deg: there the axes reach it", placement.turn_deg));
-    }
-    let best = made.best();
-    console.detail(&format!(
-        "{} directions tried, {} orientations kept, {} search steps",
-        best.tried, best.candidates, best.steps
-    ));
+    text::moved(made).iter().for_each(|moved| console.note(moved));
+    console.detail(&text::searched(made));
 }
 
 /// `--all`: every sequence, as it is found.

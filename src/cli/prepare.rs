@@ -24,12 +24,15 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let dry_run = args.dry_run.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let certificate = args.certificate.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = outputs.claim_unless_taken(&plan::parts_file(output.path()))?;
     let done = work(args, &output, ([plan, parts, dry_run], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;
+        verify::uncertify(certificate.as_ref(), console)?;
     }
     let done = done?;
+    verify::certify(certificate.as_ref(), output.path(), &done.gcode, &done.planned.plan)?;
     if let (Some(page), Some(report)) = (page, done.gcode.report()) {
         let (name, plan) = (output.path().display().to_string(), &done.planned.plan);
         let mut shown = job::show(&name, done.gcode.program(), plan, report, &console.world())?;
@@ -104,16 +107,7 @@ fn work(
     }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {
-        // What the plan knew it has said itself.
-        let unsteady = text::unsteady(report).filter(|_| done.planned.standing.is_none());
-        unsteady.iter().chain(&text::joints(report)).for_each(|text| console.note(text));
-        console.note(&format!(
-            "{}: {} lines, verified; about {:.0} min, clearance {:.2} mm",
-            output.path().display(),
-            done.gcode.program().iter().filter(|b| **b == b'\n').count(),
-            report.seconds_print / 60.0,
-            report.clearance_mm,
-        ));
+        text::proved(&output.path().display().to_string(), &done, report).iter().for_each(|text| console.note(text));
         if console.json() {
             let mut document = document::prepared(&output.path().display().to_string(), &done, report);
             document["dry_run"] = rehearsal.as_ref().map(document::cold).into();

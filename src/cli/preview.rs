@@ -1,7 +1,6 @@
 //! `trunnion preview`: one page for the browser.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
 
 use super::args::Preview as Verb;
 use super::requests::{outputs, profile_file};
@@ -61,21 +60,8 @@ pub(super) fn write(
 fn put(page: &str, output: &OutputFile, open: bool, console: &Console) -> Result<usize, Failure> {
     output.write(page.as_bytes())?;
     console.note(&format!("{}: {:.2} MB, open it in a browser", output.path().display(), page.len() as f64 / 1e6));
-    if open && !opened(output.path()) {
+    if open && !job::open_in_browser(output.path()) {
         console.warning("cannot start a browser; open the page yourself");
     }
     Ok(page.len())
-}
-
-/// Hands the page to the desktop.
-fn opened(page: &Path) -> bool {
-    let program = if cfg!(windows) {
-        "explorer"
-    } else if cfg!(target_os = "macos") {
-        "open"
-    } else {
-        "xdg-open"
-    };
-    let silent = || Stdio::null();
-    Command::new(program).arg(page).stdin(silent()).stdout(silent()).stderr(silent()).spawn().is_ok()
 }

@@ -10,7 +10,7 @@ use super::args::Rewrite as Verb;
 use super::requests::outputs;
 use super::verify::explained;
 use super::{Console, Failure};
-use crate::document;
+use crate::document::{self, text};
 use crate::gcode::marks::finished_by;
 use crate::job::{self, CheckedPlan, Error, RewriteRequest, RewriteResult, Source};
 use crate::spelling;
@@ -49,7 +49,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         }
         Err(failure) => {
             if args.in_place {
-                target.spoil(unprintable(&failure).as_bytes())?;
+                target.spoil(text::unprintable(&failure.to_string()).as_bytes())?;
             } else {
                 console.set_aside(&target)?;
             }
@@ -72,7 +72,8 @@ pub(super) fn spoil_unparsed(words: impl Iterator<Item = OsString>) {
     let is_sliced = !["json", "toml"].iter().any(|end| file.extension().is_some_and(|e| e.eq_ignore_ascii_case(end)));
     if is_sliced && !finished {
         let failure = Failure::Usage("the script's command line cannot be parsed".to_owned());
-        let _ = outputs([]).claim(file).and_then(|target| target.spoil(unprintable(&failure).as_bytes()));
+        let _ =
+            outputs([]).claim(file).and_then(|target| target.spoil(text::unprintable(&failure.to_string()).as_bytes()));
     }
 }
 
@@ -80,10 +81,4 @@ fn work(args: &Verb, plan: &CheckedPlan, console: &Console) -> Result<RewriteRes
     let sliced = args.files.iter().map(Source::from).collect();
     let request = RewriteRequest { plan, sliced, print: args.print, bed: job::bed(&args.bed.bed)? };
     explained(job::rewrite(&request, &console.world()).map_err(Error::from), console)
-}
-
-/// A file that any printer takes and no printer moves on.
-fn unprintable(failure: &Failure) -> String {
-    let reason = failure.to_string().replace(['\n', '\r'], " ");
-    format!("; trunnion: not printable, nothing was rewritten\n; {reason}\nM117 trunnion: not printable\n")
 }

@@ -1,16 +1,32 @@
 //! `trunnion verify`
 
+use std::path::Path;
+
 use super::args::Verify as Verb;
+use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, Error, PrintError, Source, StrategyError, VerifyRequest};
+use crate::job::{self, CheckedPlan, Error, OutputFile, PrintError, Source, StrategyError, Verified, VerifyRequest};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    let mut outputs = outputs([args.gcode.as_path(), &args.plan]);
+    let certificate = args.certificate.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let plan = job::load_plan(&args.plan_ref.source(&args.plan), &console.world()).map_err(Failure::from);
+    if let Ok(plan) = &plan {
+        plan.inputs().try_for_each(|path| outputs.reads(path))?;
+    }
+    let done = plan.and_then(|plan| work(args, &plan, certificate.as_ref(), console));
+    if done.is_err() {
+        uncertify(certificate.as_ref(), console)?;
+    }
+    done
+}
+
+fn work(args: &Verb, plan: &CheckedPlan, certificate: Option<&OutputFile>, console: &Console) -> Result<(), Failure> {
     let world = console.world();
-    let plan = job::load_plan(&args.plan_ref.source(&args.plan), &world)?;
-    let done = job::verify(&VerifyRequest { program: &Source::from(&args.gcode), plan: &plan }, &world)?;
-    let other = done.of_another(&args.gcode.display().to_string(), &plan);
+    let done = job::verify(&VerifyRequest { program: &Source::from(&args.gcode), plan }, &world)?;
+    let other = done.of_another(&args.gcode.display().to_string(), plan);
     if console.json() {
         console.document(&document::verified(&done.report, done.seconds));
     } else if other.is_none() {
@@ -20,7 +36,26 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         let findings = counted(done.report.count(), "finding");
         return Err(Failure::Findings(format!("{other}; {findings} against this plan, which --json lists")));
     }
-    done.verified().map(drop).map_err(Failure::from)
+    certify(certificate, &args.gcode, &done.verified()?, plan)
+}
+
+/// Puts an earlier certificate aside; what is no certificate stays.
+pub(super) fn uncertify(file: Option<&OutputFile>, console: &Console) -> Result<(), Failure> {
+    let world = console.world();
+    let is_one = |file: &&OutputFile| world.files.read(file.path()).is_ok_and(|bytes| document::is_certificate(&bytes));
+    file.filter(is_one).map_or(Ok(()), |file| console.set_aside(file))
+}
+
+/// Writes what was proved of a program that is kept in `gcode`.
+pub(super) fn certify(
+    file: Option<&OutputFile>,
+    gcode: &Path,
+    program: &Verified<Vec<u8>>,
+    plan: &CheckedPlan,
+) -> Result<(), Failure> {
+    let name = gcode.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let made = file.and_then(|file| Some((file, document::certificate(&name, program, plan)?)));
+    Ok(made.map_or(Ok(()), |(file, made)| file.write(format!("{made:#}\n").as_bytes()))?)
 }
 
 /// Where the program that was to be written has findings, prints them.

@@ -26,6 +26,7 @@
 
 mod batched;
 mod calibrated;
+mod certified;
 mod explained;
 mod failed;
 mod machine_text;
@@ -47,6 +48,7 @@ mod visible;
 
 pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
+pub use certified::{certificate, is_certificate};
 pub use explained::explained;
 pub use failed::{exit_code, failed};
 pub use model::{inspected, split};

@@ -151,6 +151,19 @@ fn shown(value: f64) -> String {
     if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.6}") }
 }
 
+/// Where the model was moved, if the axes do not reach it where it was; `None` where it stays.
+pub fn moved(made: &PlanResult) -> Option<String> {
+    let placement = &made.plan.plan.placement;
+    let [x, y, _] = placement.origin_mm;
+    made.moved.then(|| format!("moved to {x} {y} mm, turned {} deg: there the axes reach it", placement.turn_deg))
+}
+
+/// What the search looked at.
+pub fn searched(made: &PlanResult) -> String {
+    let best = made.best();
+    format!("{} directions tried, {} orientations kept, {} search steps", best.tried, best.candidates, best.steps)
+}
+
 /// Per part: how many orientations each thing stands against, with the nearest miss of each.
 pub fn no_plan(no: &NoPlan) -> String {
     let mut out = String::new();

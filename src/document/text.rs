@@ -6,13 +6,13 @@ use std::path::Path;
 
 pub use super::machine_text::{calibrated, checked, cold, poses};
 use super::model::apart;
-pub use super::plan_text::{comparison, no_plan, planned, sequence, ways};
+pub use super::plan_text::{comparison, moved, no_plan, planned, searched, sequence, ways};
 use super::priced::{grams, minutes, plain};
 pub use super::shape_text::{packed, supported};
 use super::{figures, reasons};
 use crate::job::{
     BatchResult, Batched, Compared, Fate, Listed, LoadedModel, LoadedProfile, Models, Oriented, OrientedPart,
-    PublishResult, SliceResult,
+    PrepareResult, PublishResult, SliceResult,
 };
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
@@ -20,6 +20,12 @@ use crate::planning::balance::DOUBTFUL;
 use crate::publish::UploadFigures;
 use crate::spelling::counted;
 use crate::verify::{JointRoom, Report, Standing};
+
+/// A file that any printer takes and no printer moves on: in the place of one that was not rewritten, for that reason.
+pub fn unprintable(reason: &str) -> String {
+    let reason = reason.replace(['\n', '\r'], " ");
+    format!("; trunnion: not printable, nothing was rewritten\n; {reason}\nM117 trunnion: not printable\n")
+}
 
 /// A search that may be ended early.
 pub fn searching(known: &str) -> String {
@@ -109,7 +115,7 @@ pub fn verified(report: &Report) -> String {
 }
 
 /// Parts that never touch, and how near their lines come, in a sentence.
-pub fn joints(report: &Report) -> Option<String> {
+fn joints(report: &Report) -> Option<String> {
     let JointRoom { parts: [a, b], gap_mm, line, .. } = report.joints.first()?;
     let fused = if *gap_mm <= 0.0 { "; they fuse there" } else { "" };
     let more = match report.joints.len() {
@@ -120,7 +126,7 @@ pub fn joints(report: &Report) -> Option<String> {
 }
 
 /// What stands, but not well, in a sentence.
-pub fn unsteady(report: &Report) -> Option<String> {
+fn unsteady(report: &Report) -> Option<String> {
     let Standing { pushed_factor, line, tilt_deg, grams, .. } = report.standing.as_ref()?;
     let tilt =
         if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
@@ -130,6 +136,18 @@ pub fn unsteady(report: &Report) -> Option<String> {
              a brim (not counted) holds more"
         )
     })
+}
+
+/// `trunnion prepare`: what is known of the file that was written to `output`, beside what the plan knew; the last line says that it was verified.
+pub fn proved(output: &str, done: &PrepareResult, report: &Report) -> Vec<String> {
+    let unsteady = unsteady(report).filter(|_| done.planned.standing.is_none());
+    let lines = done.gcode.program().iter().filter(|b| **b == b'\n').count();
+    let verified = format!(
+        "{output}: {lines} lines, verified; about {:.0} min, clearance {:.2} mm",
+        report.seconds_print / 60.0,
+        report.clearance_mm,
+    );
+    unsteady.into_iter().chain(joints(report)).chain([verified]).collect()
 }
 
 /// Minima shown of each objective.

@@ -13,6 +13,7 @@
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or PrintError::Rejected{report}
 //! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
+//! Verified       --document::certificate--> a document                 what was proved, for others
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
 //! BatchRequest   --batch--> BatchResult                                  many models by one verb, a process and a document each
 //! Verified       --publish--> PublishResult                              a server has it, the same bytes
@@ -72,7 +73,8 @@ pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;
 pub use crate::world::{
     Bar, Clock, Disk, FileError, Files, Installed, Logging, NoSlicer, OutputFile, Outputs, OwnPorts, OwnWeb, Ports,
-    Progress, Silent, Slicers, SystemClock, World, in_words, key_from_environment, remedy, shown_line, with_suffix,
+    Progress, Silent, Slicers, SystemClock, World, in_words, key_from_environment, open_in_browser, remedy, shown_line,
+    with_suffix,
 };
 pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Share, batch, models_at};
 pub use error::Error;

@@ -11,7 +11,7 @@ use crate::trace::Trace;
 /// How well a pose must be the plan's, degrees: ten times the last digit written.
 pub(super) const POSE_DEG: f64 = 1e-3;
 /// How well the pose must bring the build direction upright (chord): the last digit of the plan's `up` and angles.
-const UPRIGHT: f64 = 2e-5;
+pub(super) const UPRIGHT: f64 = 2e-5;
 
 /// How far a print's pose is from the plan's, degrees.
 pub(super) struct PoseError {

@@ -14,7 +14,7 @@ use crate::section::{OutlineSearch, PlanePoint, Section, Segment, Segments};
 /// Spacing of the places, mm.
 const SPACING_MM: f64 = 1.0;
 /// How much of a layer's outline may be without a wall, mm: seams, and what two slicers round differently.
-const MOST_BARE_MM: f64 = 3.0;
+pub(super) const MOST_BARE_MM: f64 = 3.0;
 /// How far a wall may lie off its place, mm; in the first layer an elephant's foot is compensated.
 const OFF_MM: [f64; 2] = [0.2, 0.45];
 /// The disc's radius, in line widths, and how far it may leave the part, mm.

@@ -33,10 +33,10 @@ const JOINED_MM: f64 = 0.2;
 const MOST_ON_TOP: usize = 8;
 /// Sparse infill crosses itself, and where a region is nearly cut in two PrusaSlicer 2.9 has gone over 7 mm of an earlier row: so much may one stretch of
 /// it be, mm.
-const SPARSE_MM: f64 = 10.0;
+pub(super) const SPARSE_MM: f64 = 10.0;
 /// What one stretch of the others may be long, mm, and all of a layer as a share of its lines: where skins meet CuraEngine lays 2.5 to 3 mm twice at each
 /// of two places, Slic3r 3.4 mm once (published parts; layers of 1.2 to 5 m).
-const MOST_MM: f64 = 4.0;
+pub(super) const MOST_MM: f64 = 4.0;
 const MOST_SHARE: f64 = 0.005;
 
 /// Holds the lines of one layer against each other.

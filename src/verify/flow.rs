@@ -16,12 +16,12 @@ use crate::gcode::marks::{Bead, Role};
 use crate::trace::TraceMove;
 
 /// What the sum over a print may be off where widths are stated, and where they are the profile's, relative.
-const MOST_OFF: [f64; 2] = [0.04, 0.08];
+pub(super) const MOST_OFF: [f64; 2] = [0.04, 0.08];
 /// What the lines of one role may be off together, relative: slicers have factors for skins and first layers.
-const ONE_ROLE: f64 = 0.1;
+pub(super) const ONE_ROLE: f64 = 0.1;
 /// What one line may be off the others of its role where its width is stated, relative: real slicers keep to 0.1 % and the last
 /// digits. Arcs are fitted within 5 %, and each slicer draws the threads of its bridges as it likes.
-const ONE_LINE: f64 = 0.01;
+pub(super) const ONE_LINE: f64 = 0.01;
 const ONE_ARC: f64 = 0.1;
 const ONE_THREAD: f64 = 0.25;
 /// Fewer lines of a role than this tell nothing of what is usual for it.

@@ -6,7 +6,7 @@ use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 
 /// What a layer's height may be off, mm: well below what a nozzle bears, well above what digits lose.
-const HEIGHT_MM: f64 = 0.05;
+pub(super) const HEIGHT_MM: f64 = 0.05;
 /// Where no height is stated: what the filament of a layer of unusual height may be off what that height holds, relative.
 const FLOW_OFF: f64 = 0.15;
 

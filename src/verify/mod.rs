@@ -68,6 +68,7 @@ mod reading;
 mod registration;
 mod report;
 mod rings;
+mod rules;
 mod settings;
 mod shape;
 mod support;
@@ -81,6 +82,7 @@ mod turning;
 mod walk;
 
 pub use report::{CLEARANCE_CAP_MM, Finding, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing};
+pub use rules::{RULES, RuleLimit, RuleStatement};
 pub use survey::{HeadRoom, SURVEYED_MM};
 
 use crate::geom::Vec3;

@@ -25,10 +25,10 @@ const PAUSE_SLACK_MM: f64 = 0.01;
 /// What to do about a setting.
 const REMOVE_OR_ALLOW: &str = "remove the line, or add its command to [dialect] allow";
 /// Slower than this nothing is printed, pulled or moved, mm/s, but where the profile asks for it.
-const SLOWEST_MM_PER_S: f64 = 0.5;
+pub(super) const SLOWEST_MM_PER_S: f64 = 0.5;
 
 /// The share of its highest speed that an axis of the table turns at, at least, and how long any turn may take, s.
-const SLOWEST_TURN: f64 = 0.01;
+pub(super) const SLOWEST_TURN: f64 = 0.01;
 const LEAST_TURN_S: f64 = 10.0;
 
 fn slowest(profile: &Profile) -> f64 {

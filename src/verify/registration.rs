@@ -14,13 +14,13 @@ use crate::gcode::marks::Role;
 use crate::section::{Fit, OutlineSearch, Sample, Section, fit};
 
 /// How far a print may be shifted, and its farthest point be turned or scaled, mm.
-const MOST_MM: f64 = 0.1;
+pub(super) const MOST_MM: f64 = 0.1;
 /// How far all walls may stand out together where the slicer does not say by how much it compensates (Cura), mm.
-const MOST_OFFSET_MM: f64 = 0.25;
+pub(super) const MOST_OFFSET_MM: f64 = 0.25;
 /// How far the edge of one line may leave the outline, beyond what all walls do, mm.
-const MOST_OUT_MM: f64 = 0.2;
+pub(super) const MOST_OUT_MM: f64 = 0.2;
 /// How far an outer wall may lie too far inside, mm: an elephant's foot is compensated by 0.2 mm and more.
-const MOST_IN_MM: f64 = 0.4;
+pub(super) const MOST_IN_MM: f64 = 0.4;
 /// Walls farther off are no outer walls, mm; where the slicer names none, a line farther off may be the next wall.
 const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.

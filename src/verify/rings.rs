@@ -18,7 +18,7 @@ pub(super) const TURNED_MM: f64 = 8.0;
 /// A line carries nothing of itself until the tip is so many widths ahead: its own tail is no support.
 pub(super) const TAIL_WIDTHS: f64 = 4.0;
 /// No longer ring is waited for, mm: around a hole that a bridge of 14 mm spans.
-const LONGEST_MM: f64 = 44.0;
+pub(super) const LONGEST_MM: f64 = 44.0;
 /// Beyond half of the widths, how far from each other lines touch, mm.
 const TOUCH_MM: f64 = 0.15;
 /// As far beyond that a thread may be what is found beside a line: the field's cells and the line's own width.

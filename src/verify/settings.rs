@@ -32,10 +32,10 @@ use Setting::{
 };
 
 /// So many times what the profile states is asked of no machine, and so small a share is as good as standing.
-const TIMES: f64 = 10.0;
+pub(super) const TIMES: f64 = 10.0;
 /// What quick machines are driven at, mm/s²: stock presets have 12,000 and 20,000. Many profiles state the default, not their machine's own.
-const QUICK: f64 = 50_000.0;
-const SHARE: f64 = 0.01;
+pub(super) const QUICK: f64 = 50_000.0;
+pub(super) const SHARE: f64 = 0.01;
 /// A limit below this share of the speeds that the profile prints with holds a print up.
 const SPEED_SHARE: f64 = 0.05;
 /// Pressure advance follows the flow by so much up or down within a print, where a slicer adapts it.

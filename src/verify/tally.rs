@@ -5,16 +5,16 @@ use super::report::{FindingPlace, Findings, Rule};
 
 /// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
 /// allowances that slicers add on purpose.
-const RETRACT_SLACK_MM: f64 = 0.3;
+pub(super) const RETRACT_SLACK_MM: f64 = 0.3;
 /// What all such allowances of a program may add up to, as a part of its filament, and mm that are too few to tell.
-const MOST_STRAYED: f64 = 0.03;
+pub(super) const MOST_STRAYED: f64 = 0.03;
 const FEW_MM: f64 = 3.0;
 /// What the sums may differ by, mm: the last digits of both, since the writer carries the remainder of its roundings on
 /// from move to move. The shortest line a slicer writes takes about as much, so a line lost or doubled is seen.
-const FILAMENT_SLACK_MM: f64 = 1e-3;
+pub(super) const FILAMENT_SLACK_MM: f64 = 1e-3;
 
 /// The part of the profile's retraction that must be there while the table turns.
-const LEAST_PULLED: f64 = 0.5;
+pub(super) const LEAST_PULLED: f64 = 0.5;
 
 #[derive(Clone, Default)]
 struct Laid {

@@ -28,6 +28,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod desktop;
 mod disk;
 mod error;
 pub(crate) mod interrupts;
@@ -49,6 +50,7 @@ use std::time::{Duration, Instant};
 use crate::link::serial::{self, Address, Port, PortError, Server};
 use crate::publish::Web;
 use crate::slicing::{Interrupt, Slicer, SlicerChoice};
+pub use desktop::open_in_browser;
 pub use disk::{Disk, with_suffix};
 pub use error::{FileError, NoSlicer, in_words, remedy};
 pub(crate) use journal::{JournalFile, read as read_journal};

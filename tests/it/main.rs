@@ -8,6 +8,7 @@ mod bad_input;
 mod batches;
 mod beside_the_part;
 mod calibrate;
+mod certificate;
 mod columns;
 mod configurations;
 mod costs;

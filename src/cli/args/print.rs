@@ -51,6 +51,11 @@ pub(in crate::cli) struct Prepare {
     /// It moves slowly to each pose and its outermost points, 20 mm above them, and stops at each pose.
     #[arg(long, value_name = "DRY.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) dry_run: Option<PathBuf>,
+    /// Write a certificate of the output
+    ///
+    /// Hashes of all that was checked, with plan and machine, so that others can check the file.
+    #[arg(long, value_name = "CERT.json", help_heading = OUTPUT, hide_short_help = true)]
+    pub(in crate::cli) certificate: Option<PathBuf>,
     /// as-drawn, turned, supports, cut or auto
     ///
     /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: on supports, as turned
@@ -189,6 +194,11 @@ pub(in crate::cli) struct Verify {
     pub(in crate::cli) plan: PathBuf,
     #[command(flatten)]
     pub(in crate::cli) plan_ref: PlanRef,
+    /// Write a certificate: hashes of all that was checked, with plan and machine
+    ///
+    /// Written only if verification finds nothing. Others can check the file with it: see examples/second_opinion.rs.
+    #[arg(long, value_name = "CERT.json", help_heading = OUTPUT)]
+    pub(in crate::cli) certificate: Option<PathBuf>,
 }
 
 #[derive(ClapArgs)]

@@ -23,6 +23,8 @@ pub struct VerifyResult {
     /// What the replay took.
     pub seconds: f64,
     program: Vec<u8>,
+    /// The hash of the plan that the program was replayed by.
+    plan: String,
 }
 
 impl VerifyResult {
@@ -39,9 +41,9 @@ impl VerifyResult {
     ///
     /// [`PrintError::Rejected`] with the report.
     pub fn verified(self) -> Result<Verified<Vec<u8>>, PrintError> {
-        let Self { report, seconds, program } = self;
+        let Self { report, seconds, program, plan } = self;
         if report.is_clean() {
-            Ok(Verified { program, report: Some(report) })
+            Ok(Verified { program, proof: Some(Proof { report, plan }) })
         } else {
             Err(PrintError::Rejected(Box::new(Rejected { report, seconds, program, plan: None, ways: Vec::new() })))
         }
@@ -64,7 +66,8 @@ pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) 
     let workpiece = plan.workpiece();
     let report =
         replay(&program, &ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
-    VerifyResult { report, seconds: (world.clock.now() - start).as_secs_f64(), program }
+    let seconds = (world.clock.now() - start).as_secs_f64();
+    VerifyResult { report, seconds, program, plan: plan.sha256.clone() }
 }
 
 /// A program for a machine of which a replay has proved that nothing is wrong with it.
@@ -73,13 +76,20 @@ pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) 
 #[derive(Clone, Debug)]
 pub struct Verified<P> {
     program: P,
-    report: Option<Report>,
+    proof: Option<Proof>,
+}
+
+/// A replay without findings.
+#[derive(Clone, Debug)]
+struct Proof {
+    report: Report,
+    plan: String,
 }
 
 impl<P> Verified<P> {
     /// A program that nothing was proved of, sent at the caller's own risk: nothing is known of what the head will hit.
     pub fn unverified(program: P) -> Self {
-        Self { program, report: None }
+        Self { program, proof: None }
     }
 
     /// The program.
@@ -89,6 +99,11 @@ impl<P> Verified<P> {
 
     /// What the replay said; `None` where there was none.
     pub fn report(&self) -> Option<&Report> {
-        self.report.as_ref()
+        self.proof.as_ref().map(|proof| &proof.report)
+    }
+
+    /// What the replay by `plan` said; `None` where it was by another plan, and where there was none.
+    pub fn report_by(&self, plan: &CheckedPlan) -> Option<&Report> {
+        self.proof.as_ref().filter(|proof| proof.plan == plan.sha256).map(|proof| &proof.report)
     }
 }

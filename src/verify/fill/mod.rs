@@ -22,6 +22,8 @@ use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::section::Segment;
 use map::{Mask, Plastic};
+pub(super) use skins::{LEAST, OVER_AIR};
+pub(super) use walls::{SLIT_LAYERS, SLIT_MM};
 
 /// How far below and above its middle a layer is cut, mm: a face within belongs to neither side.
 const EITHER_WAY_MM: f64 = 0.02;

@@ -17,11 +17,11 @@ const CLEAR: usize = 2;
 const OUTER: usize = WINDOW + 2 * CLEAR;
 /// What a full region holds at least, in one window and all together. Of sound files the emptiest windows had 0.81, and regions 0.91: what is told
 /// lies well beyond.
-const LEAST: [f64; 2] = [0.7, 0.85];
+pub(in crate::verify) const LEAST: [f64; 2] = [0.7, 0.85];
 /// Fewer windows than this, of some 5 x 5 mm, are one place and no region.
 const SEVERAL: usize = 50;
 /// What threads over air fill at least, which each slicer draws as it likes.
-const OVER_AIR: f64 = 0.35;
+pub(in crate::verify) const OVER_AIR: f64 = 0.35;
 /// Less than this is meant, or gone altogether.
 const NONE: f64 = 0.5;
 

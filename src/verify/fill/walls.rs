@@ -19,9 +19,9 @@ const OUTER_MM: [f64; 2] = [0.15, 0.3];
 const SLIT_SLOPE: f64 = 1.0;
 const STEEP: f64 = 0.2;
 /// A slit shorter than this is a seam, mm.
-const SLIT_MM: f64 = 1.0;
+pub(in crate::verify) const SLIT_MM: f64 = 1.0;
 /// On so many layers one after the other it is none.
-const SLIT_LAYERS: usize = 3;
+pub(in crate::verify) const SLIT_LAYERS: usize = 3;
 /// Places of one slit lie no farther apart, mm, nor the slits of two layers that are one.
 const JOINED_MM: f64 = 0.8;
 /// More bare places of a layer than this are not told apart: the rule `registration` has them.

@@ -114,7 +114,7 @@ impl Check<'_> {
     }
 
     fn referred(&self, to: &str, at: &str, document: &Value) -> Vec<String> {
-        let (file, place) = to.split_once('#').unwrap();
+        let (file, place) = to.split_once('#').unwrap_or((to, ""));
         let file = if file.is_empty() { self.file } else { file };
         let schema =
             self.schemas.of(file).pointer(place).unwrap_or_else(|| panic!("{}: {to} leads nowhere", self.file));

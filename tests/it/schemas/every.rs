@@ -18,7 +18,7 @@ use crate::split::solids;
 use crate::support::{folder, said, trunnion};
 
 /// Files that are no verb's own document.
-const SHARED: [&str; 3] = ["common.json", "plan-file.json", "batch.json"];
+const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
 const CALLS: [(i32, &str); 41] = [
@@ -45,7 +45,7 @@ const CALLS: [(i32, &str); 41] = [
     (0, "slice cube.json --meshes-only -o slots"),
     (0, "rewrite slots/print-00-part-0.gcode --plan cube.json -o again.gcode"),
     (0, "rewrite --in-place --plan cube.json cube.gcode"),
-    (0, "verify cube.gcode --plan cube.json"),
+    (0, "verify cube.gcode --plan cube.json --certificate proved.json"),
     (1, "verify hot.gcode --plan cube.json"),
     (0, "preview cube.gcode --plan cube.json -o view.html"),
     (1, "preview caged.stl -m generic-ac -o why.html"),
@@ -90,6 +90,7 @@ pub(super) fn made() -> &'static Vec<(String, Value)> {
         all.push(("publish.json".to_owned(), crate::publish::once(Kind::Moonraker)));
         all.push(("plan-file.json".to_owned(), read(&folder.path().join("own.json"))));
         all.push(("plan-file.json".to_owned(), read(&folder.path().join("held.json"))));
+        all.push(("certificate.json".to_owned(), read(&folder.path().join("proved.json"))));
         all.extend(events());
         all
     })
@@ -181,7 +182,8 @@ fn every_verb_has_a_schema_and_every_document_of_a_schema_is_printed() {
         super::holds(file, document, file);
         met.entry(file).or_default().extend(schemas().kind(file, document));
     }
-    let verbs = wanted.iter().filter(|file| !["common.json", "plan-file.json"].contains(&file.as_str()));
+    let verbs =
+        wanted.iter().filter(|file| !["common.json", "plan-file.json", "certificate.json"].contains(&file.as_str()));
     for file in verbs {
         let kinds = schemas().of(file)["oneOf"].as_array().unwrap().iter().map(name_of);
         // An error is the same of every verb; `simulate` prints nothing else.
@@ -189,7 +191,7 @@ fn every_verb_has_a_schema_and_every_document_of_a_schema_is_printed() {
             assert!(met.get(file.as_str()).is_some_and(|all| all.contains(&kind)), "no document is {file}'s {kind}");
         }
     }
-    assert!(met.contains_key("plan-file.json"));
+    assert!(met.contains_key("plan-file.json") && met.contains_key("certificate.json"));
 }
 
 #[test]

@@ -136,6 +136,8 @@ fn numbers_beyond_what_they_can_be_are_seen() {
         ("plan-file.json", "/slots/0/prints/0/up/2", json!(1.1)),
         ("plan-file.json", "/version", json!(5)),
         ("plan-file.json", "/model/sha256", json!("ab")),
+        ("certificate.json", "/program/sha256", json!("0")),
+        ("certificate.json", "/rules/9/rule", json!("in-the-air")),
         ("plan.json", "/lower_bound", json!(null)),
         ("inspect.json", "/unit", json!("inch")),
         ("inspect.json", "/parts/0/box_mm/0", json!([0, 0])),
