@@ -64,12 +64,13 @@ pub(super) fn all_words(profile: &Profile) -> Vec<[f64; 2]> {
     let spread = |low: f64, high: f64, count: usize, ends: usize| {
         (0..count).map(move |i| low + (high - low) * i as f64 / (count - ends).max(1) as f64)
     };
-    let turns: Vec<f64> = match rotation.min_deg.zip(rotation.max_deg) {
-        Some((low, high)) if high - low < 360.0 => spread(low, high, TURNS, 1).collect(),
-        Some((low, _)) => spread(0.0_f64.max(low).min(low + 360.0), 0.0_f64.max(low) + 360.0, TURNS, 0).collect(),
+    let stops = rotation.stops_deg();
+    let turns: Vec<f64> = match stops {
+        Some([low, high]) if high - low < 360.0 => spread(low, high, TURNS, 1).collect(),
+        Some([low, _]) => spread(0.0_f64.max(low).min(low + 360.0), 0.0_f64.max(low) + 360.0, TURNS, 0).collect(),
         None => spread(0.0, 360.0, TURNS, 0).collect(),
     };
-    let turns: Vec<f64> = turns.into_iter().filter(|t| rotation.max_deg.is_none_or(|high| *t <= high)).collect();
+    let turns: Vec<f64> = turns.into_iter().filter(|t| stops.is_none_or(|[_, high]| *t <= high)).collect();
     let low = tilt.min_deg.max(tilt.zero_deg - STEEPEST_DEG);
     let high = tilt.max_deg.min(tilt.zero_deg + STEEPEST_DEG);
     let tilts: Vec<f64> = spread(low, high, TILTS, 1).chain([tilt.zero_deg]).collect();

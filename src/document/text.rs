@@ -19,7 +19,7 @@ use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::planning::balance::DOUBTFUL;
 use crate::publish::UploadFigures;
 use crate::spelling::counted;
-use crate::verify::{JointRoom, Report, Standing};
+use crate::verify::{InterfaceFill, JointRoom, Report, Standing, TableUse};
 
 /// A file that any printer takes and no printer moves on: in the place of one that was not rewritten, for that reason.
 pub fn unprintable(reason: &str) -> String {
@@ -100,6 +100,7 @@ pub fn verified(report: &Report) -> String {
     }
     unsteady(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
     joints(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
+    [bonds(report), turning(report)].iter().flatten().for_each(|text| _ = writeln!(out, "{text}"));
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
@@ -123,6 +124,25 @@ fn joints(report: &Report) -> Option<String> {
         pairs => format!(", the narrowest of {pairs} pairs that never touch"),
     };
     Some(format!("parts {a} and {b}{more}: {gap_mm:.2} mm between their lines (line {line}){fused}"))
+}
+
+/// The surface of two parts that is filled least, in a sentence.
+fn bonds(report: &Report) -> Option<String> {
+    let InterfaceFill { parts: [a, b], area_mm2, share, .. } = report.interfaces.first()?;
+    let least = if report.interfaces.len() > 1 { ", the least filled interface" } else { "" };
+    Some(format!("parts {a} and {b} share {area_mm2:.0} mm2, {:.0} % filled from both sides{least}", share * 100.0))
+}
+
+/// What the table has to do, in a sentence; `None` where it never turns between lines.
+fn turning(report: &Report) -> Option<String> {
+    let TableUse { turns, waiting_s, longest_s, longest_line, wound_turns, torque_nm, .. } = report.table;
+    (turns > 0).then(|| {
+        format!(
+            "{} of the table, {waiting_s:.0} s with a hot nozzle (longest {longest_s:.0} s, before line {longest_line}); cables are wound \
+             {wound_turns:.1} turns; {torque_nm:.3} N m on the tilt axis",
+            counted(turns, "turn")
+        )
+    })
 }
 
 /// What stands, but not well, in a sentence.

@@ -30,8 +30,8 @@ pub const DOUBTFUL: f64 = 3.0;
 
 /// PLA, g/mm³. PETG weighs a fortieth more, by much less than adhesion is uncertain.
 const GRAMS_PER_MM3: f64 = 1.24e-3;
-/// N per gram.
-const NEWTON: f64 = 9.80665e-3;
+/// What a gram weighs, N.
+pub const NEWTON: f64 = 9.80665e-3;
 /// What is up as far as a table cares: the cosine of its tilt.
 const LEVEL: f64 = 1.0 - 1e-9;
 

@@ -48,7 +48,7 @@ impl Profile {
                 letter: rotation.letter as u8,
                 direction: f64::from(rotation.direction),
                 zero: Angle::from_deg(rotation.zero_deg),
-                range: rotation.min_deg.zip(rotation.max_deg).map(|(low, high)| degrees(low, high)),
+                range: rotation.stops_deg().map(|[low, high]| degrees(low, high)),
                 max_rate: rotation.max_deg_per_s.to_radians(),
             },
             misaligned: self.misaligned(),
@@ -213,6 +213,10 @@ impl Profile {
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
         let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);
         check("kinematics.rotation.max_deg", both && ordered, range, "both stops, ordered, or neither")?;
+        if let Some(turns) = rotation.max_turns {
+            let allowed = "absent where min_deg and max_deg are given";
+            check("kinematics.rotation.max_turns", rotation.max_deg.is_none(), turns.to_string(), allowed)?;
+        }
         for (key, [low, high]) in
             [("limits.x_mm", self.limits.x_mm), ("limits.y_mm", self.limits.y_mm), ("limits.z_mm", self.limits.z_mm)]
         {

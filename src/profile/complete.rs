@@ -10,10 +10,12 @@ use super::layers::DEFAULTS;
 use super::schema::{BodySpec, Profile};
 
 /// Comments of the reference behind which keys stand that may be absent.
-const BEHIND: [(&str, &[&str]); 10] = [
+const BEHIND: [(&str, &[&str]); 12] = [
     ("# along = [0.99999, ", &["kinematics.tilt.along"]),
     ("# along = [0.0, ", &["kinematics.rotation.along"]),
     ("# min_deg, max_deg: stops, as words.", &["kinematics.rotation.min_deg", "kinematics.rotation.max_deg"]),
+    ("# max_turns = ", &["kinematics.rotation.max_turns"]),
+    ("# holding_nm = ", &["kinematics.tilt.holding_nm"]),
     ("# stepper = \"tilt\"", &["kinematics.tilt.stepper"]),
     ("# stepper = \"rot\"", &["kinematics.rotation.stepper"]),
     ("# size_mm = ", &["table.size_mm"]),
@@ -120,7 +122,7 @@ mod tests {
                     [[fixed.body]]\nname = \"post \\\"a\\\"\"\nkind = \"box\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 2, 3]\n\
                     [dialect]\nend = \"M84 ; \\\\ \\\"x\\\"\"\nallow = [\"M42\"]\n[kinematics.rotation]\nmin_deg = -5.0\nmax_deg = 300.0\n";
         let all = SHIPPED.map(|(_, file, text)| (file, text));
-        let named = "[kinematics.tilt]\nstepper = \"swing\"\n[kinematics.rotation]\nstepper = \"turner\"\n[dialect]\nfirmware = \"klipper\"\n";
+        let named = "[kinematics.tilt]\nstepper = \"swing\"\nholding_nm = 0.4\n[kinematics.rotation]\nstepper = \"turner\"\nmax_turns = 1.5\n[dialect]\nfirmware = \"klipper\"\n";
         let more = [("rich.toml", rich), ("named.toml", named), ("none.toml", "")];
         for (file, text) in all.into_iter().chain(more) {
             let (profile, _) = resolve(file, text).unwrap();

@@ -42,13 +42,15 @@ pub const SHIPPED: [(&str, &str, &str); 13] = [
 ];
 
 /// Keys that may be absent, and so are not in the defaults.
-const OPTIONAL: [&str; 11] = [
+const OPTIONAL: [&str; 13] = [
     "kinematics.tilt.along",
     "kinematics.rotation.along",
     "kinematics.tilt.stepper",
     "kinematics.rotation.stepper",
     "kinematics.rotation.min_deg",
     "kinematics.rotation.max_deg",
+    "kinematics.rotation.max_turns",
+    "kinematics.tilt.holding_nm",
     "table.size_mm",
     "transition.park_mm",
     "joint.mm_per_s",

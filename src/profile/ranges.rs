@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 96] = [
+const RANGES: [(&str, RangeInclusive<f64>); 98] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.along", -2.0..=2.0),
@@ -29,11 +29,13 @@ const RANGES: [(&str, RangeInclusive<f64>); 96] = [
     ("kinematics.tilt.min_deg", -180.0..=180.0),
     ("kinematics.tilt.max_deg", -180.0..=180.0),
     ("kinematics.tilt.max_deg_per_s", 0.01..=1e4),
+    ("kinematics.tilt.holding_nm", 1e-3..=1e4),
     ("kinematics.rotation.along", -2.0..=2.0),
     ("kinematics.rotation.direction", -1.0..=1.0),
     ("kinematics.rotation.zero_deg", -36e3..=36e3),
     ("kinematics.rotation.min_deg", -1e7..=1e7),
     ("kinematics.rotation.max_deg", -1e7..=1e7),
+    ("kinematics.rotation.max_turns", 0.5..=1e4),
     ("kinematics.rotation.max_deg_per_s", 0.01..=1e4),
     ("limits.x_mm", -1e4..=1e4),
     ("limits.y_mm", -1e4..=1e4),

@@ -92,6 +92,9 @@ pub struct TiltAxis {
     pub max_deg: f64,
     /// Fastest turn.
     pub max_deg_per_s: f64,
+    /// What its motor and gear hold still with heaters and table on it, N m; absent where nobody has measured it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holding_nm: Option<f64>,
     /// Klipper's name of its motor, where that is turned by a command; absent where the letter turns it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepper: Option<String>,
@@ -116,11 +119,22 @@ pub struct RotationAxis {
     /// Highest word.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_deg: Option<f64>,
+    /// How many turns its cables take either way from `zero_deg`, where it has no stops.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_turns: Option<f64>,
     /// Fastest turn.
     pub max_deg_per_s: f64,
     /// Klipper's name of its motor, where that is turned by a command; absent where the letter turns it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepper: Option<String>,
+}
+
+impl RotationAxis {
+    /// Lowest and highest word: its stops, or as far as its cables wind; `None` for an endless axis.
+    pub fn stops_deg(&self) -> Option<[f64; 2]> {
+        let stops = self.min_deg.zip(self.max_deg).map(|(low, high)| [low, high]);
+        stops.or_else(|| self.max_turns.map(|turns| [-360.0, 360.0].map(|turn| self.zero_deg + turn * turns)))
+    }
 }
 
 /// `[limits]`

@@ -43,6 +43,7 @@ mod acts;
 mod adhesion;
 mod astray;
 mod balance;
+mod bonds;
 mod commands;
 mod coverage;
 mod depth;
@@ -73,6 +74,7 @@ mod settings;
 mod shape;
 mod support;
 mod survey;
+mod table;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -81,7 +83,10 @@ mod turn_lines;
 mod turning;
 mod walk;
 
-pub use report::{CLEARANCE_CAP_MM, Finding, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing};
+pub use report::{
+    CLEARANCE_CAP_MM, Finding, InterfaceFill, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing,
+    TableUse,
+};
 pub use rules::{RULES, RuleLimit, RuleStatement};
 pub use survey::{HeadRoom, SURVEYED_MM};
 
@@ -141,6 +146,7 @@ pub fn verify(bytes: &[u8], job: &ReplayJob<'_>) -> Report {
     prime::check(&trace, job, &mut all);
     holding::check(&trace, job, &planned, &mut all);
     let standing = balance::check(&acts, job, &planned, &mut all);
+    let table = table::check(&acts, job, &mut all);
     let (findings, counts) = all.finish();
     Report {
         findings,
@@ -150,6 +156,8 @@ pub fn verify(bytes: &[u8], job: &ReplayJob<'_>) -> Report {
         clearance_at: walked.clearance_at,
         standing,
         joints: joints::rooms(&printed, job),
+        interfaces: bonds::filled(&printed, job),
+        table,
         moves: trace.len(),
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,

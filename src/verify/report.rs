@@ -103,6 +103,10 @@ pub struct Report {
     /// Parts that lie beside each other and never touch, as joints do that are printed in place: how near their lines come, the narrowest
     /// first; those that stay 1 mm apart are not among them.
     pub joints: Vec<JointRoom>,
+    /// Surfaces that two parts share, and how much of each is filled from both sides; the least filled first.
+    pub interfaces: Vec<InterfaceFill>,
+    /// What the table has to do.
+    pub table: TableUse,
     /// Moves of any axis.
     pub moves: usize,
     /// Slots in which something was printed.
@@ -139,6 +143,42 @@ pub struct JointRoom {
     pub line: u32,
     /// The tip's height there, machine coordinates, mm.
     pub z_mm: f64,
+}
+
+/// A surface that two parts share, and how much of it lines of both reach.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InterfaceFill {
+    /// The parts, the lower number first.
+    pub parts: [usize; 2],
+    /// Its area, mm².
+    pub area_mm2: f64,
+    /// The area that is within 0.15 mm of lines of both parts, mm².
+    pub filled_mm2: f64,
+    /// That, as a share of all.
+    pub share: f64,
+}
+
+/// What a program asks of the table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TableUse {
+    /// How often it turns between printed lines.
+    pub turns: usize,
+    /// How long nothing is printed around these turns, s, at the speeds written: the nozzle is hot.
+    pub waiting_s: f64,
+    /// The longest of these times, s.
+    pub longest_s: f64,
+    /// The line with which printing goes on after it; 0 without turns.
+    pub longest_line: u32,
+    /// Of the lines with which printing goes on, those of outer walls: a blob shows there.
+    pub starts_on_walls: usize,
+    /// How far the rotation axis is from its zero at most, turns: so far are cables wound.
+    pub wound_turns: f64,
+    /// The line after which it is; 0 where it never turns.
+    pub wound_line: u32,
+    /// What the printed plastic pulls on the tilt axis with at most, N m; the table's own weight is not known.
+    pub torque_nm: f64,
+    /// The line at which it does.
+    pub torque_line: u32,
 }
 
 /// How many times over something is held on the table, by what of its first layer lies there, at the worst of all poses.

@@ -79,6 +79,7 @@ mod states;
 mod support;
 mod supports;
 mod sweeps;
+mod table_use;
 mod thin_tips;
 mod trees;
 mod turns;

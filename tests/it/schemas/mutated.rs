@@ -75,7 +75,7 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 18] = [
+    const IN_PROFILES: [&str; 20] = [
         "along",
         "min_deg",
         "max_deg",
@@ -94,6 +94,8 @@ fn is_optional(at: &str) -> bool {
         "mm_per_s",
         "fan",
         "stepper",
+        "holding_nm",
+        "max_turns",
     ];
     let key = at.rsplit('/').next().unwrap();
     // Of a plan's supports; the figures of those that were laid always have it.
