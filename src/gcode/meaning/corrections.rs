@@ -126,6 +126,9 @@ impl<L: Clone> Corrections<L> {
 mod tests {
     use super::*;
 
+    /// A firmware, a line, and what it switches on or off.
+    type Row = (Firmware, &'static str, Option<(Correction, bool)>);
+
     #[test]
     fn lines_switch_corrections_as_their_firmware_reads_them() {
         use Correction::{BedMesh, TipFollowing};
@@ -134,7 +137,7 @@ mod tests {
             line.read(text.as_bytes()).unwrap();
             correction(firmware, &line)
         };
-        let rows: &[(Firmware, &str, Option<(Correction, bool)>)] = &[
+        let rows: &[Row] = &[
             (Firmware::Marlin, "G29", Some((BedMesh, true))),
             (Firmware::Marlin, "G29 A", Some((BedMesh, true))),
             (Firmware::Marlin, "G29 D", Some((BedMesh, false))),

@@ -227,7 +227,7 @@ fn an_arc_beyond_all_reach_is_refused_before_it_is_cut_up() {
         (last, controller.at.linear)
     };
     let beyond = |text: &str| match go(100.0, text).0 {
-        Err(ReplayError::ArcBeyond { farthest, reach_mm }) if reach_mm == 100.0 => Some(farthest),
+        Err(ReplayError::ArcBeyond { farthest, reach_mm: 100.0 }) => Some(farthest),
         Ok(Step::Move(_)) => None,
         other => panic!("{text}: {other:?}"),
     };
