@@ -12,8 +12,8 @@ pub fn batched(one: &Batched) -> Value {
     match &one.fate {
         Fate::Done => (line["status"], line["document"]) = ("done".into(), one.key.as_ref().map(file).into()),
         Fate::Skipped => (line["status"], line["document"]) = ("skipped".into(), one.key.as_ref().map(file).into()),
-        Fate::Failed { why, exit, before } => {
-            line["status"] = "failed".into();
+        Fate::Failed { code, why, exit, before } => {
+            (line["status"], line["code"]) = ("failed".into(), code.as_deref().into());
             (line["error"], line["exit"], line["before"]) = (why.as_str().into(), (*exit).into(), (*before).into());
         }
     }

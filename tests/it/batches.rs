@@ -152,6 +152,13 @@ fn a_batch_that_is_killed_goes_on_where_it_was_and_lists_what_fails() {
 
 /// The documents are those of the same words for one model.
 fn as_alone(told: &[Value], into: &Path) {
+    // And so are the codes of those that have none.
+    for line in told.iter().filter(|line| line["status"] == "failed").step_by(20) {
+        let model = line["model"].as_str().unwrap();
+        let alone = trunnion().args(["orient", model]).args(ORIENT).arg("--json").output().unwrap();
+        let alone: Value = serde_json::from_slice(&alone.stdout).unwrap();
+        assert!(line["code"].is_string() && line["code"] == alone["code"], "{model}: {line} {alone}");
+    }
     for line in told.iter().filter(|line| line["status"] != "failed").step_by(60) {
         let model = line["model"].as_str().unwrap();
         let alone = trunnion().args(["orient", model]).args(ORIENT).arg("--json").output().unwrap();
@@ -219,10 +226,15 @@ fn a_list_is_prepared_and_what_has_no_plan_is_told_with_its_reasons() {
     );
     let of = |name: &str| told.iter().find(|line| line["model"].as_str().unwrap().ends_with(name)).unwrap();
     assert_eq!((&of("hanging.stl")["exit"], &of("gone.stl")["key"]), (&1.into(), &Value::Null));
-    assert!(of("gone.stl")["exit"] == 2 && of("gone.stl")["error"].as_str().unwrap().contains("not found"), "{told:?}");
+    assert!(of("gone.stl")["exit"] == 2 && of("gone.stl")["code"] == "input/absent", "{told:?}");
+    let code = of("hanging.stl")["code"].as_str().unwrap().to_owned();
     let key = of("hanging.stl")["key"].as_str().unwrap();
     let kept = std::fs::read_to_string(into.join(&key[..2]).join(format!("{key}.failed"))).unwrap();
-    assert!(kept.starts_with("1\n") && kept.contains("\"reasons\""), "{kept}");
+    assert!(kept.starts_with(&format!("1 {code}\n")) && kept.contains("\"reasons\""), "{kept}");
+    // A second run knows them from the first.
+    let (again, _) = lines(&run("plan", &[]));
+    let again = again.iter().find(|line| line["model"].as_str().unwrap().ends_with("hanging.stl")).unwrap();
+    assert!(again["before"] == true && again["code"] == code.as_str(), "{again}");
     let prepared = run("prepare", &["--slicer", "builtin", "--way", "as-drawn"]);
     let (told, last) = lines(&prepared);
     assert_eq!((count(&last, "done"), count(&last, "failed")), (1, 2), "{}", said(&prepared));

@@ -152,6 +152,8 @@ pub enum Fate {
     Skipped,
     /// There is none.
     Failed {
+        /// The code of the case; `None` where the process of the model told none.
+        code: Option<String>,
         /// In a sentence.
         why: String,
         /// The process's exit code; `None` where it was ended.
@@ -174,17 +176,27 @@ pub struct BatchResult {
     pub seconds: f64,
 }
 
-/// A failure as it is kept: exit code, sentence, model, each a line; then what the process said as its document.
-pub(super) fn kept(exit: i32, why: &str, model: &Path, document: &[u8]) -> Vec<u8> {
-    let why = why.replace('\n', " ");
-    [format!("{exit}\n{why}\n{}\n", model.display()).as_bytes(), document].concat()
+/// What a process said that failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Said {
+    code: Option<String>,
+    why: String,
+}
+
+/// A failure as it is kept: exit code and the case's code, sentence, model, each a line; then what the process said as its document.
+fn kept(exit: i32, said: &Said, model: &Path, document: &[u8]) -> Vec<u8> {
+    let why = said.why.replace('\n', " ");
+    let code = said.code.as_ref().map_or_else(String::new, |code| format!(" {code}"));
+    [format!("{exit}{code}\n{why}\n{}\n", model.display()).as_bytes(), document].concat()
 }
 
 /// The failure that was kept.
-pub(super) fn read_kept(text: &str) -> Option<Fate> {
+fn read_kept(text: &str) -> Option<Fate> {
     let mut lines = text.lines();
-    let exit = Some(lines.next()?.parse().ok()?);
-    Some(Fate::Failed { why: lines.next()?.to_owned(), exit, before: true })
+    let mut words = lines.next()?.split(' ');
+    let exit = Some(words.next()?.parse().ok()?);
+    let code = words.next().map(str::to_owned);
+    Some(Fate::Failed { code, why: lines.next()?.to_owned(), exit, before: true })
 }
 
 #[cfg(test)]

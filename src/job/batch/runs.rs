@@ -12,15 +12,18 @@ use std::time::Instant;
 use super::error::BatchError;
 use crate::input::load_profile;
 use crate::job::batch::{
-    BatchRequest, BatchResult, Batched, Fate, KeyOf, Models, Share, is_model, kept, listed, read_kept,
+    BatchRequest, BatchResult, Batched, Fate, KeyOf, Models, Said, Share, is_model, kept, listed, read_kept,
 };
 use crate::slicing::KEY_VARIABLE;
 use crate::world::{FileError, Outputs, World, in_words};
 
 /// A document of more bytes is none.
 const LARGEST: u64 = 1 << 30;
-/// In the sentence of an output that could not be written ([`BatchError::Write`]), which another day may be.
-const CANNOT_WRITE: &str = ": cannot be written: ";
+/// The code of an output that could not be written, which another day may be.
+const NOT_WRITTEN: &str = "file/write";
+/// Those of a model that could not be read, and of one that is not there.
+const UNREAD: &str = "file/read";
+const ABSENT: &str = "input/absent";
 
 /// The models that `path` stands for where one is expected: a folder, or a list, which ends in `.txt`; `None` for a model.
 pub fn models_at(path: &Path) -> Option<Models> {
@@ -162,7 +165,7 @@ impl Worker<'_> {
                 let fate = self.fate(model, &key);
                 (Some(key), fate)
             }
-            Err(source) => (None, failed(in_words(&source), Some(2))),
+            Err(source) => (None, failed(Said::unread(&source), Some(2))),
         };
         Batched { model: model.to_owned(), key, fate, seconds: begun.elapsed().as_secs_f64() }
     }
@@ -195,22 +198,23 @@ impl Worker<'_> {
         }
         let ended = std::fs::create_dir_all(&folder).and_then(|()| self.run(model, &file));
         let (status, document, said) = match ended {
-            Ok(ended) => ended,
-            Err(source) => return failed(in_words(&source), None),
+            Ok((status, document, said)) => (status, document, Said::of(&said, status, model)),
+            Err(source) => return failed(Said::unread(&source), None),
         };
         let (written, fate) = match status.code() {
             Some(0) => (put(&file(".json"), &document), Fate::Done),
             // What the same words would say of the same bytes again.
-            Some(exit @ (1 | 2)) if !said.contains(CANNOT_WRITE) => {
-                let why = sentence(&said, status, model);
-                (put(&file(".failed"), &kept(exit, &why, model, &document)), failed(why, Some(exit)))
+            Some(exit @ (1 | 2)) if said.code.as_deref() != Some(NOT_WRITTEN) => {
+                let kept = kept(exit, &said, model, &document);
+                (put(&file(".failed"), &kept), failed(said, Some(exit)))
             }
-            exit => (Ok(()), failed(sentence(&said, status, model), exit)),
+            exit => (Ok(()), failed(said, exit)),
         };
         if fate == Fate::Done {
             let _ = std::fs::remove_file(file(".failed"));
         }
-        written.map_or_else(|error| failed(error.to_string(), None), |()| fate)
+        let not_kept = |error: BatchError| Said { code: Some(error.code().to_owned()), why: error.to_string() };
+        written.map_or_else(|error| failed(not_kept(error), None), |()| fate)
     }
 
     /// The process of one model: how it ended, its document, what it said.
@@ -235,22 +239,35 @@ impl Worker<'_> {
     }
 }
 
-fn failed(why: String, exit: Option<i32>) -> Fate {
-    Fate::Failed { why, exit, before: false }
+fn failed(said: Said, exit: Option<i32>) -> Fate {
+    Fate::Failed { code: said.code, why: said.why, exit, before: false }
 }
 
-/// The last error that it told, without the model's name before it, or how it ended.
-fn sentence(said: &str, status: ExitStatus, model: &Path) -> String {
-    let named = format!("{}: ", model.display());
-    let error = said.lines().rev().find_map(without_code);
-    let error = error.map(|error| error.strip_prefix(&named).unwrap_or(error).to_owned());
-    error.unwrap_or_else(|| format!("the process of this model was killed ({status}), perhaps for lack of memory"))
+impl Said {
+    /// The last error that a process told, without the model's name before it, or how it ended.
+    fn of(said: &str, status: ExitStatus, model: &Path) -> Self {
+        let named = format!("{}: ", model.display());
+        let killed = || format!("the process of this model was killed ({status}), perhaps for lack of memory");
+        match said.lines().rev().find_map(code_and_text) {
+            Some((code, text)) => {
+                Self { code: code.map(str::to_owned), why: text.strip_prefix(&named).unwrap_or(text).to_owned() }
+            }
+            None => Self { code: None, why: killed() },
+        }
+    }
+
+    /// A model, or what is wanted for it, that this computer does not give.
+    fn unread(source: &std::io::Error) -> Self {
+        let code = if source.kind() == std::io::ErrorKind::NotFound { ABSENT } else { UNREAD };
+        Self { code: Some(code.to_owned()), why: in_words(source) }
+    }
 }
 
-/// What stands behind `error: ` or `error[CODE]: `.
-fn without_code(line: &str) -> Option<&str> {
+/// What stands behind `error: ` or `error[CODE]: `, and the code.
+fn code_and_text(line: &str) -> Option<(Option<&str>, &str)> {
     let rest = line.strip_prefix("error")?;
-    rest.strip_prefix(": ").or_else(|| Some(rest.strip_prefix('[')?.split_once("]: ")?.1))
+    let plain = rest.strip_prefix(": ").map(|text| (None, text));
+    plain.or_else(|| rest.strip_prefix('[')?.split_once("]: ").map(|(code, text)| (Some(code), text)))
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), BatchError> {
