@@ -1,8 +1,9 @@
 //! The planner against a brute force that shares no code with it: random objects of boxes, every order, every orientation,
 //! collision by sampled points of the head, support by sampled points of the faces.
 //!
-//! Sampling cannot decide a near miss, so every verdict is asked of a head 1.5 mm too large and one 1.5 mm too small; an
-//! object on which the two differ is set aside, and counted. Poses are worked out here by hand: `R = Rx(A) Rz(C)`.
+//! Sampling cannot decide a near miss, and it is no matter of sampling which bridges a slicer prints. So every verdict is asked twice: of a head
+//! 1.5 mm too large whose parts stand all over their lower faces, and of one 1.5 mm too small whose parts stand on anything at all. The planner's
+//! answer lies between the two. Poses are worked out here by hand: `R = Rx(A) Rz(C)`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -234,8 +235,17 @@ fn grid(b: &Cuboid) -> Vec<P> {
     points
 }
 
-/// Whether `part`, printed along `up`, stands on the table or on `printed` all over its lower face.
-fn carried(boxes: &[Cuboid], part: usize, up: P, printed: u32) -> bool {
+/// How much of a part's lower face stands on the table or on what is printed.
+#[derive(Clone, Copy, PartialEq)]
+enum Footing {
+    /// All of it.
+    Whole,
+    /// Anything at all: the rest may be a bridge.
+    Any,
+}
+
+/// Whether `part`, printed along `up`, stands so on the table or on `printed`.
+fn carried(boxes: &[Cuboid], part: usize, up: P, printed: u32, footing: Footing) -> bool {
     let b = boxes[part];
     let axis = (0..3).find(|&i| up[i] != 0.0).unwrap();
     let (below, step) = if up[axis] > 0.0 { (b.min[axis], -0.5) } else { (b.max[axis], 0.5) };
@@ -249,12 +259,13 @@ fn carried(boxes: &[Cuboid], part: usize, up: P, printed: u32) -> bool {
             p[v] = cells(v).1 + f64::from(j) + 0.5;
             let on_table = axis == 2 && up[2] > 0.0 && below == 0.0;
             let on_part = || (0..boxes.len()).any(|q| printed >> q & 1 == 1 && boxes[q].holds(p));
-            if !on_table && !on_part() {
-                return false;
+            let stands = on_table || on_part();
+            if stands != (footing == Footing::Whole) {
+                return stands;
             }
         }
     }
-    true
+    footing == Footing::Whole
 }
 
 /// The least building sequence size of all orders, or none.
@@ -262,6 +273,7 @@ struct Orders<'a> {
     boxes: &'a [Cuboid],
     ways: &'a [Way],
     verdict: &'a Verdict,
+    footing: Footing,
     memo: BTreeMap<u32, Option<usize>>,
 }
 
@@ -304,7 +316,7 @@ impl Orders<'_> {
         let fits = |p: usize, k: usize| {
             !self.verdict.table[p][k]
                 && self.verdict.blocked[p][k] & closed == 0
-                && carried(self.boxes, p, self.ways[k].up, closed)
+                && carried(self.boxes, p, self.ways[k].up, closed, self.footing)
         };
         let choices: Vec<Vec<usize>> =
             parts.iter().map(|&p| (0..self.ways.len()).filter(|&k| fits(p, k)).collect()).collect();
@@ -376,17 +388,20 @@ fn every_small_object_is_planned_as_by_brute_force() {
         let boxes = object(&mut random);
         let tilt = [[-90.0, 90.0], [0.0, 90.0], [-20.0, 20.0]][random.below(3) as usize];
         let ways = ways(tilt);
-        let larger = verdict(&boxes, &ways, 1.5);
-        let smaller = verdict(&boxes, &ways, -1.5);
-        // A verdict that hangs on 1.5 mm does no harm unless the answer does.
-        let answer = |verdict| Orders { boxes: &boxes, ways: &ways, verdict, memo: BTreeMap::new() }.least(0);
-        let (low, high) = (answer(&smaller), answer(&larger));
-        if low != high {
+        let answer = |grow: f64, footing: Footing| {
+            let verdict = &verdict(&boxes, &ways, grow);
+            Orders { boxes: &boxes, ways: &ways, verdict, footing, memo: BTreeMap::new() }.least(0)
+        };
+        // No plan is longer than any.
+        let slots = |answer: Option<usize>| answer.unwrap_or(usize::MAX);
+        let (least, most) = (answer(-1.5, Footing::Any), answer(1.5, Footing::Whole));
+        let got = planned(&boxes, &machine(tilt));
+        let between = slots(least) <= slots(got) && slots(got) <= slots(most);
+        assert!(between, "seed {seed}, tilt {tilt:?}: {got:?} is not in {least:?}..{most:?}: {boxes:?}");
+        if least != most {
             undecided += 1;
             continue;
         }
-        let got = planned(&boxes, &machine(tilt));
-        assert_eq!(got, low, "seed {seed}, tilt {tilt:?}: {boxes:?}");
         if got.is_some() {
             feasible += 1
         } else {
