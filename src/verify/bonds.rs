@@ -76,8 +76,8 @@ fn boxed(corners: [Vec3; 3]) -> ([Vec3; 3], Bounds) {
 
 /// The middles of a facet's parts that are about so large, each with its share of the facet.
 fn each_place([a, b, c]: [Vec3; 3], spacing: f64, mut visit: impl FnMut(Vec3, f64)) {
-    let longest = [b - a, c - b, a - c].iter().map(Vec3::norm).fold(0.0, f64::max);
-    let steps = (longest / spacing).ceil().max(1.0) as usize;
+    let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
+    let steps = ((2.0 * area_mm2).sqrt() / spacing).ceil().max(1.0) as usize;
     let (along, aside) = ((b - a) / steps as f64, (c - a) / steps as f64);
     let share = 1.0 / (steps * steps) as f64;
     for i in 0..steps {
@@ -110,7 +110,7 @@ fn reached(print: &PrintedPart<'_>, places: &[Place], job: &ReplayJob<'_>) -> Ve
     let mut reach =
         Reach { cells: HashMap::new(), bounds: Bounds::of(points.iter().copied()), found: vec![false; points.len()] };
     for (i, p) in points.iter().enumerate() {
-        reach.cells.entry([p.x, p.y].map(cell)).or_insert_with(Vec::new).push(i as u32);
+        reach.cells.entry([p.x, p.y, p.z].map(cell)).or_insert_with(Vec::new).push(i as u32);
     }
     for level in &print.levels {
         let [low, high] = [level.z - level.height() - REACH_MM, level.z + REACH_MM];
@@ -125,9 +125,9 @@ fn cell(mm: f64) -> i32 {
     (mm / CELL_MM).floor() as i32
 }
 
-/// Places by cell, seen from above, and which of them are reached.
+/// Places by cell, and which of them are reached.
 struct Reach {
-    cells: HashMap<[i32; 2], Vec<u32>>,
+    cells: HashMap<[i32; 3], Vec<u32>>,
     bounds: Bounds,
     found: Vec<bool>,
 }
@@ -168,13 +168,18 @@ impl Reach {
 
     /// Notes the places in the cells about `at`, a place on a line, that the line reaches.
     fn look(&mut self, at: &Vec3, line: [Vec3; 2], half: f64, level: &Level, points: &[Vec3]) {
+        let [low, high] = [level.z - level.height(), level.z];
         let [column, row] = [at.x, at.y].map(cell);
-        for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j])) {
-            for &i in self.cells.get(&key).into_iter().flatten() {
-                let p = &points[i as usize];
-                let upward = (level.z - level.height() - p.z).max(p.z - level.z).max(0.0);
-                let sideways = (away(p, line) - half).max(0.0);
-                self.found[i as usize] |= upward.hypot(sideways) <= REACH_MM;
+        for layer in cell(low - REACH_MM)..=cell(high + REACH_MM) {
+            for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j, layer])) {
+                for &i in self.cells.get(&key).into_iter().flatten() {
+                    let (p, found) = (&points[i as usize], &mut self.found[i as usize]);
+                    let upward = (low - p.z).max(p.z - high).max(0.0);
+                    if !*found && upward <= REACH_MM {
+                        let sideways = (away(p, line) - half).max(0.0);
+                        *found = upward * upward + sideways * sideways <= REACH_MM * REACH_MM;
+                    }
+                }
             }
         }
     }
