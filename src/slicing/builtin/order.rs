@@ -42,7 +42,7 @@ impl<'a> Order<'a> {
             islands.remove(next);
             let island = &layer.islands[next];
             let mut inside = Ways { island, comb: None };
-            let (gaps, walls) = gaps_and_walls(island);
+            let (gaps, walls) = gaps_and_walls(island, layer.ground.as_ref());
             let (afloat, walls) = afloat(island, walls, layer.ground.as_ref());
             let infill_first = self.settings.infill_first;
             if !infill_first {
@@ -76,7 +76,7 @@ impl<'a> Order<'a> {
 
     /// Where the first wall of an island may begin, as far as that is known before the nozzle is there.
     fn begins(&self, island: &Island<'_>) -> Vec<GridPoint> {
-        let (_, walls) = gaps_and_walls(island);
+        let (_, walls) = gaps_and_walls(island, None);
         let outside = outside_of(&walls);
         let inner = inner_of(&outside);
         let starts = self.starts(&walls, &outside);
@@ -233,9 +233,16 @@ fn afloat<'b>(island: &Island<'_>, walls: Vec<&'b Bead>, ground: Option<&Ground>
     walls.into_iter().partition(|bead| bead.closed && !ground.carries_any_of(&bead.points))
 }
 
-/// What fills gaps between walls, and the walls.
-fn gaps_and_walls<'a>(island: &Island<'a>) -> (Vec<&'a Bead>, Vec<&'a Bead>) {
-    island.beads.iter().partition(|bead| bead.depth > 0 && !bead.closed)
+/// What fills gaps between walls, and the walls. Where an outer wall hangs, what lies inside it holds it, whole or in pieces: then that is all walls.
+fn gaps_and_walls<'a>(island: &Island<'a>, ground: Option<&Ground>) -> (Vec<&'a Bead>, Vec<&'a Bead>) {
+    let is_open = |bead: &&Bead| bead.depth > 0 && !bead.closed;
+    let hangs = |ground: &Ground| {
+        let outer = island.beads.iter().filter(|bead| bead.depth == 0);
+        outer.flat_map(|bead| ground.split(&bead.points)).any(|(supported, _)| !supported)
+    };
+    let has_gaps = island.beads.iter().any(|bead| is_open(&bead));
+    let is_held = has_gaps && ground.is_some_and(hangs);
+    island.beads.iter().partition(|bead| is_open(bead) && !is_held)
 }
 
 /// How many walls each one waits for.
