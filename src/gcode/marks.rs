@@ -12,6 +12,8 @@
 
 use std::fmt;
 
+use super::settings::Interior;
+
 /// One of our marks.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mark {
@@ -55,14 +57,16 @@ pub struct Expect {
     pub heights_mm: Option<[f64; 2]>,
     /// Diameter of the filament that it counts with, mm; `None` where it does not say.
     pub diameter_mm: Option<f64>,
+    /// Walls, solid layers and infill that it was set to.
+    pub inside: Interior,
 }
 
 impl Expect {
     /// One that says no more than its filament.
     pub fn plain(print: usize, part: usize, filament_mm: f64) -> Self {
         let (bead, widths) = (Bead::Round, Vec::new());
-        let (outset_mm, heights_mm, diameter_mm) = (None, None, None);
-        Self { print, part, filament_mm, multiplier: 1.0, bead, widths, outset_mm, heights_mm, diameter_mm }
+        let (outset_mm, heights_mm, diameter_mm, inside) = (None, None, None, Interior::default());
+        Self { print, part, filament_mm, multiplier: 1.0, bead, widths, outset_mm, heights_mm, diameter_mm, inside }
     }
 }
 
@@ -94,7 +98,8 @@ impl Bead {
 
 impl fmt::Display for Expect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { print, part, filament_mm, multiplier, bead, widths, outset_mm, heights_mm, diameter_mm } = self;
+        let Self { print, part, filament_mm, multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, inside } =
+            self;
         write!(f, ";TRUNNION expect print={print} part={part} filament_mm={filament_mm:.5} multiplier={multiplier}")?;
         if let Some((_, name)) = Bead::NAMED.iter().find(|(named, _)| named == bead) {
             write!(f, " bead={name}")?;
@@ -108,6 +113,12 @@ impl fmt::Display for Expect {
         if let Some(diameter) = diameter_mm {
             write!(f, " diameter_mm={diameter}")?;
         }
+        let Interior { walls, tops, bottoms, infill } = *inside;
+        for (name, count) in INTERIOR.into_iter().zip([walls, tops, bottoms, infill.map(u32::from)]) {
+            if let Some(count) = count {
+                write!(f, " {name}={count}")?;
+            }
+        }
         if widths.is_empty() {
             return Ok(());
         }
@@ -115,6 +126,9 @@ impl fmt::Display for Expect {
         write!(f, " widths_mm={}", widths.join(","))
     }
 }
+
+/// Names of what a print was set to inside, in the order of [`Interior`]; infill is 1 or 0.
+const INTERIOR: [&str; 4] = ["walls", "tops", "bottoms", "infill"];
 
 /// The beginning of every mark, behind the `;`.
 const OWN: &[u8] = b"TRUNNION";
@@ -192,6 +206,14 @@ impl fmt::Display for Totals {
     }
 }
 
+/// What a mark states of a print's interior; `None` where a count is none.
+fn interior<'a>(value: impl Fn(&str) -> Option<&'a str>) -> Option<Interior> {
+    let counts = INTERIOR.map(|key| value(key).map(|count| count.parse::<u32>().ok()));
+    let all = counts.iter().all(|count| *count != Some(None));
+    let [walls, tops, bottoms, infill] = counts.map(Option::flatten);
+    all.then_some(Interior { walls, tops, bottoms, infill: infill.map(|share| share > 0) })
+}
+
 fn own(text: &str) -> Mark {
     let value = |key: &str| text.split_ascii_whitespace().find_map(|w| w.strip_prefix(key)?.strip_prefix('='));
     let whole = |key: &str| value(key).and_then(|v| v.parse::<usize>().ok());
@@ -211,11 +233,12 @@ fn own(text: &str) -> Mark {
         let lengths =
             |key| value(key).unwrap_or_default().split_terminator(',').map(length).collect::<Option<Vec<f64>>>();
         let (widths, heights, diameters) = (lengths("widths_mm"), lengths("heights_mm"), lengths("diameter_mm"));
+        let Some(inside) = interior(value) else { return Mark::Broken };
         let (Some(print), Some(part), Some(filament_mm)) = (whole("print"), whole("part"), number("filament_mm"))
         else {
             return Mark::Broken;
         };
-        let expect = Expect { outset_mm: number("outset_mm"), ..Expect::plain(print, part, filament_mm) };
+        let expect = Expect { outset_mm: number("outset_mm"), inside, ..Expect::plain(print, part, filament_mm) };
         return match (multiplier, bead, widths, heights.as_deref(), diameters.as_deref()) {
             (
                 Some(multiplier),
@@ -348,6 +371,7 @@ mod tests {
             outset_mm: Some(-0.1),
             heights_mm: Some([0.35, 0.3]),
             diameter_mm: Some(1.73),
+            inside: Interior { walls: Some(3), tops: Some(0), bottoms: None, infill: Some(true) },
         };
         assert_eq!(mark(&expect.to_string().as_bytes()[1..]), Some(Mark::Expect(expect.clone())));
         let varied = Expect { bead: Bead::Varied, ..expect.clone() };
@@ -362,12 +386,13 @@ mod tests {
                 outset_mm: None,
                 heights_mm: None,
                 diameter_mm: None,
+                inside: Interior::default(),
                 ..expect
             }))
         );
-        for wrong in
-            ["bead=round", "multiplier=x", "heights_mm=0.2", "heights_mm=0.2,-1", "diameter_mm=0", "widths_mm=x"]
-        {
+        let wrong =
+            ["bead=round", "multiplier=x", "heights_mm=0.2", "heights_mm=0.2,-1", "diameter_mm=0", "widths_mm=x"];
+        for wrong in wrong.into_iter().chain(["walls=-1", "tops=x", "infill=0.2"]) {
             let text = format!("TRUNNION expect print=2 part=3 filament_mm=1.5 {wrong}");
             assert_eq!(mark(text.as_bytes()), Some(Mark::Broken), "{wrong}");
         }

@@ -49,10 +49,24 @@ pub enum Setting {
     BedHeat,
     /// The same for the first layer.
     FirstBedHeat,
+    /// Number of walls.
+    Walls,
+    /// How thick they are together.
+    WallThickness,
+    /// Solid layers below a top surface.
+    Tops,
+    /// How thick these are together.
+    TopThickness,
+    /// Solid layers above a bottom surface.
+    Bottoms,
+    /// How thick these are together.
+    BottomThickness,
+    /// Share of the interior that is filled.
+    Infill,
 }
 
 /// The names of a setting, PrusaSlicer's first.
-const NAMES: [(Setting, &[&str]); 15] = [
+const NAMES: [(Setting, &[&str]); 22] = [
     (Setting::LayerHeight, &["layer_height", "Layer height", "layerHeight"]),
     (Setting::FirstLayerHeight, &["first_layer_height", "initial_layer_print_height", "layer_height_0"]),
     (Setting::Nozzle, &["nozzle_diameter", "machine_nozzle_size", "extruderDiameter"]),
@@ -74,7 +88,27 @@ const NAMES: [(Setting, &[&str]); 15] = [
         Setting::FirstBedHeat,
         &["first_layer_bed_temperature", "hot_plate_temp_initial_layer", "material_bed_temperature_layer_0"],
     ),
+    (Setting::Walls, &["perimeters", "wall_loops", "wall_line_count", "perimeterOutlines"]),
+    (Setting::WallThickness, &["wall_thickness"]),
+    (Setting::Tops, &["top_solid_layers", "top_shell_layers", "top_layers", "topSolidLayers"]),
+    (Setting::TopThickness, &["top_thickness", "top_bottom_thickness"]),
+    (Setting::Bottoms, &["bottom_solid_layers", "bottom_shell_layers", "bottom_layers", "bottomSolidLayers"]),
+    (Setting::BottomThickness, &["bottom_thickness", "top_bottom_thickness"]),
+    (Setting::Infill, &["fill_density", "sparse_infill_density", "infill_sparse_density", "infillPercentage"]),
 ];
+
+/// What a file's settings want inside a part; `None` where they do not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Interior {
+    /// Number of walls.
+    pub walls: Option<u32>,
+    /// Solid layers below a top surface.
+    pub tops: Option<u32>,
+    /// Solid layers above a bottom surface.
+    pub bottoms: Option<u32>,
+    /// Whether there is any infill.
+    pub infill: Option<bool>,
+}
 
 /// What a sliced file says of its settings.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -116,6 +150,21 @@ impl Settings {
     /// Whether it is asked for at all, by whatever word: `external`, `2`, `3mm`; not where it is off, or nothing is said.
     pub fn is_asked(&self, setting: Setting) -> bool {
         self.text(setting).is_some_and(is_asked)
+    }
+
+    /// What is wanted inside a part. Cura's window states thicknesses where these were set and counts were not.
+    pub fn inside(&self) -> Interior {
+        let count = |count: Setting, thickness: Setting, each: Setting| {
+            let stated = self.number(count).filter(|count| *count >= 0.0);
+            let thick = || Some((self.number(thickness)? / self.positive(each)?).round().max(0.0));
+            stated.or_else(thick).map(|count| count as u32)
+        };
+        Interior {
+            walls: count(Setting::Walls, Setting::WallThickness, Setting::LineWidth),
+            tops: count(Setting::Tops, Setting::TopThickness, Setting::LayerHeight),
+            bottoms: count(Setting::Bottoms, Setting::BottomThickness, Setting::LayerHeight),
+            infill: self.text(Setting::Infill).map(|text| is_asked(text.trim_end_matches('%'))),
+        }
     }
 
     /// Whether all settings are there, as PrusaSlicer and its kin write them: what is not among them, the slicer does not know.
@@ -224,6 +273,13 @@ mod tests {
         assert_eq!(of("; layer_height = 0.2\n; first_layer_height = 0.2\n; adaptive_slicing = 1\n").heights_mm(), None);
         assert_eq!(of("G1 X1 E1\n"), Settings::default());
         assert!(of("; spiral_vase = 1\n").is_on(Setting::Spiral) && !of("; spiral_vase = 0\n").is_on(Setting::Spiral));
+        let inside = |walls, tops, bottoms, infill| Interior { walls, tops, bottoms, infill };
+        let prusa = "; perimeters = 3\n; top_solid_layers = 0\n; bottom_solid_layers = 4\n; fill_density = 15%\n";
+        assert_eq!(of(prusa).inside(), inside(Some(3), Some(0), Some(4), Some(true)));
+        let cura = ";Layer height: 0.2\n;SETTING_3 {\"global_quality\": \"[values]\\\\nwall_thickness = 0.4\\\\nline_width = 0.4\\\\ntop_thickness = \
+                    0.8\\\\ninfill_sparse_density = 0\\\\n\"}\n";
+        assert_eq!(of(cura).inside(), inside(Some(1), Some(4), None, Some(false)));
+        assert_eq!(of("G1 X1 E1\n; fill_density = 0%\n").inside(), inside(None, None, None, Some(false)));
         for (value, asked) in
             [("none", false), ("0", false), ("external", true), ("all", true), ("true", true), ("0.0", false)]
         {

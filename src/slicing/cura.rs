@@ -195,9 +195,19 @@ pub(super) fn block(values: &Values) -> String {
         ("temperature", "material_print_temperature"),
         ("bed_temperature", "material_bed_temperature"),
         ("fuzzy_skin", "magic_fuzzy_skin_enabled"),
+        ("perimeters", "wall_line_count"),
+        ("top_solid_layers", "top_layers"),
+        ("bottom_solid_layers", "bottom_layers"),
     ];
     let line = |(name, key): (&str, &str)| Some(format!("; {name} = {}\n", values.get(key)?));
-    names.into_iter().filter_map(line).collect()
+    let number = |key: &str| values.get(key)?.parse::<f64>().ok();
+    let share =
+        number("infill_line_distance").zip(number("infill_line_width")).map(|(apart, width)| match apart > 0.0 {
+            true => (100.0 * width / apart).round().max(1.0),
+            false => 0.0,
+        });
+    let share = share.map(|share| format!("; fill_density = {share}%\n"));
+    names.into_iter().filter_map(line).chain(share).collect()
 }
 
 #[cfg(test)]

@@ -145,7 +145,8 @@ impl<'a> Writer<'a> {
             let (widths, outset_mm) = (sliced.widths_mm.clone(), sliced.outset_mm);
             let (heights_mm, diameter_mm) = (sliced.heights_mm, sliced.filament_diameter_mm());
             let expect = Expect::plain(print, part, filament_mm);
-            let expect = Expect { multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, ..expect };
+            let inside = sliced.settings.inside();
+            let expect = Expect { multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, inside, ..expect };
             self.out.line(&expect.to_string());
         }
         if let Some(first) = of_a_part(entries) {

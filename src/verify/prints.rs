@@ -104,7 +104,7 @@ impl PrintedPart<'_> {
     }
 
     /// The width that a line's filament gives it at the layer's height, mm.
-    fn held_width(&self, m: &TraceMove, level: &Level) -> f64 {
+    pub(super) fn held_width(&self, m: &TraceMove, level: &Level) -> f64 {
         let (length, height) = (m.ends().map_or(0.0, |[from, to]| (to - from).norm()), level.height());
         if length == 0.0 || height <= 0.0 {
             return 0.0;

@@ -399,8 +399,9 @@ fn in_air() {
     let (from, to) = (text.find("G1 Z8.000 F900").unwrap(), text.find("G1 Z8.400 F900").unwrap());
     let text =
         format!("{}{}{}", &text[..from], text[from..to].replace("G1 Z8.000 F900", "G1 Z7.600 F900"), &text[to..]);
-    let report = breaks(&text, &[Rule::InAir, Rule::Flow, Rule::Complete]);
-    assert!(report.findings[0].measured > 9.0, "{:?}", report.findings[0]);
+    let report = breaks(&text, &[Rule::InAir, Rule::Flow, Rule::Fill, Rule::Complete]);
+    let measured = |rule: Rule| report.findings.iter().find(|finding| finding.rule == rule).unwrap().measured;
+    assert!(measured(Rule::Flow) > 9.0 && measured(Rule::Fill) > 1.95, "{:?}", report.findings);
 }
 
 #[test]

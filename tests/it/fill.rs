@@ -3,6 +3,8 @@
 //! Each change leaves outer walls, heights, travels and comments as they are, so that no sum and no comment tells of it. Of each the size from which
 //! it is found is noted, and must be no more than what is stated here.
 
+mod amounts;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

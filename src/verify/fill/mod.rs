@@ -5,15 +5,24 @@
 //! lines ----Plastic-> what lies there, as a share of the layer's height
 //!                     -> skins    surfaces and first layers are full
 //!                     -> walls    no slit through outer walls, layer upon layer; walls as thick as in the other layers
+//!                     -> threads  walls of more than one line, where two are wanted
 //!                     -> sparse   infill does not stop and go on
+//!                     -> hollow   nor is it missing altogether
+//!                     -> shells   behind a surface lies a second full layer
+//!                     -> crowd    no more than fits, layer upon layer
 //! ```
 //!
-//! No comment is believed: neither widths nor roles nor heights are asked for where lines themselves tell. Layers are looked at in
-//! runs, so that three are held at a time.
+//! No comment is believed: neither widths nor roles nor heights are asked for where lines themselves tell. What a header or the profile states of walls,
+//! infill and solid layers only tells whether they may be missing everywhere. Layers are looked at in runs, so that three are held at a time.
 
+mod crowd;
+mod hollow;
 mod map;
+mod region;
+mod shells;
 mod skins;
 mod sparse;
+mod threads;
 mod walls;
 
 use rayon::prelude::*;
@@ -57,6 +66,7 @@ struct Told {
     height: f64,
     walls: walls::Seen,
     tiles: Vec<sparse::Tile>,
+    crowds: Vec<crowd::Crowd>,
 }
 
 /// Holds one print's layers against what the design wants in them.
@@ -75,7 +85,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         findings.absorb(found);
     }
     walls::check(printed, &all, findings);
-    sparse::check(printed, &all, findings);
+    threads::check(printed, &all, findings);
+    let columns = sparse::columns(&all);
+    sparse::check(printed, &all, &columns, findings);
+    hollow::check(printed, &all, &columns, findings);
+    crowd::check(printed, &all, findings);
 }
 
 /// What most layers of a print lie over each other, and whether nearly all do.
@@ -134,6 +148,7 @@ fn run(printed: &PrintedPart<'_>, start: usize, usual: Usual) -> (Vec<Told>, Fin
                 height: full.layer.height(),
                 walls: walls::Seen::of(&full.layer),
                 tiles: sparse::tiles(&around),
+                crowds: crowd::crowds(&around),
             });
         }
         below = here;
@@ -151,10 +166,24 @@ struct Full<'a> {
 
 impl<'a> Full<'a> {
     fn of(layer: Layer<'a>) -> Self {
-        let frame = layer.mask.frame;
-        let plastic = map::Sums::of(&frame, layer.plastic.cells.iter().map(|v| f64::from(*v)));
-        let solid = map::Sums::of(&frame, layer.mask.cells.iter().map(|c| f64::from(u8::from(*c == map::SOLID))));
+        let plastic = map::Sums::of_shares(&layer.mask.frame, &layer.plastic.cells);
+        let solid = map::Sums::of_solid(&layer.mask.frame, &layer.mask.cells);
         Self { layer, plastic, solid }
+    }
+
+    /// Where a square that is all within the part lies in the layer's frame; `low` is its lowest cell, counted from the machine's origin.
+    fn inside(&self, low: [i64; 2], cells: usize) -> Option<[usize; 2]> {
+        let frame = &self.layer.mask.frame;
+        let at = [0, 1].map(|axis| low[axis] - frame.low[axis]);
+        let fits = (0..2).all(|axis| at[axis] >= 0 && at[axis] as usize + cells <= frame.size[axis]);
+        let at = at.map(|v| v as usize);
+        (fits && self.solid.square(at, cells) > (cells * cells) as f64 - 0.5).then_some(at)
+    }
+
+    /// Whether anything of the part is in a square of the layer; the parts of it beyond the frame have nothing.
+    fn has(&self, low: [i64; 2], cells: usize) -> bool {
+        let any = |cell: [i64; 2]| self.layer.mask.at(cell) != 0;
+        (0..cells as i64).any(|row| (0..cells as i64).any(|column| any([low[0] + column, low[1] + row])))
     }
 }
 

@@ -2,19 +2,17 @@
 //!
 //! Every slicer closes what is seen from above and below: of a layer, all over which the part does not go on, all below which it does not
 //! begin, and all of the first layer. A window of 2 x 2 mm in such a region, clear of its border, has about the plastic that fills it, and
-//! all windows together have it more closely. What is too much is not told here: slicers lay threads a third thicker over whole regions.
+//! all windows together have it more closely. What is too much is told by `crowd`.
 //!
 //! Shares of a layer that is full to its height; lengths in cells.
 
 use super::super::prints::PrintedPart;
 use super::super::report::Findings;
-use super::map::{CELL_MM, Mask, SOLID, Sums};
-use super::{Around, add, full_share};
+use super::map::CELL_MM;
+use super::region::{Region, WINDOW};
+use super::shells::{self, Side};
+use super::{Around, Full, add, full_share};
 
-/// A window's edge, in cells, and how far it stays clear of the region's border.
-const WINDOW: usize = 8;
-const CLEAR: usize = 2;
-const OUTER: usize = WINDOW + 2 * CLEAR;
 /// What a full region holds at least, in one window and all together. Of sound files the emptiest windows had 0.81, and regions 0.91: what is told
 /// lies well beyond.
 pub(in crate::verify) const LEAST: [f64; 2] = [0.7, 0.85];
@@ -85,52 +83,28 @@ impl Held {
 
 pub(super) fn check(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &mut Findings) {
     let process = &printed.job.profile.process;
-    if around.first && process.bottom_layers > 0 {
-        full(printed, around, Kind::First, &around.here.solid, findings);
+    let other = |full: Option<&Full<'_>>| Region::exposed(around, full.map(|full| &full.layer.mask));
+    // Below the first layer there is nothing.
+    if around.known.0
+        && process.bottom_layers > 0
+        && let Some(region) = other(around.below)
+    {
+        full(printed, around, if around.first { Kind::First } else { Kind::OverAir }, &region, findings);
+        shells::check(printed, around, (Side::Bottom, &region), findings);
     }
-    if !around.first && around.known.0 && process.bottom_layers > 0 {
-        let below = around.below.map(|full| &full.layer.mask);
-        if let Some(region) = exposed(around, below) {
-            full(printed, around, Kind::OverAir, &region, findings);
-        }
-    }
-    if around.known.1 && process.top_layers > 0 {
-        let above = around.above.map(|full| &full.layer.mask);
-        if let Some(region) = exposed(around, above) {
-            full(printed, around, Kind::Top, &region, findings);
-        }
-    }
-}
-
-/// Cells of the layer that the other one has not; `None` where they hold no window.
-fn exposed(around: &Around<'_>, other: Option<&Mask>) -> Option<Sums> {
-    let mask = &around.here.layer.mask;
-    let mut cells = vec![false; mask.cells.len()];
-    let mut count = 0;
-    mask.each_with(other, |index, here, there| {
-        cells[index] = here == SOLID && there == 0;
-        count += usize::from(cells[index]);
-    });
-    (count >= OUTER * OUTER).then(|| Sums::of(&mask.frame, cells.iter().map(|cell| f64::from(u8::from(*cell)))))
-}
-
-/// Visits windows that lie in the region, clear of its border.
-fn windows(around: &Around<'_>, region: &Sums, mut visit: impl FnMut([usize; 2])) {
-    let [columns, rows] = around.here.layer.mask.frame.size;
-    let all = (OUTER * OUTER) as f64 - 0.5;
-    for row in (0..rows.saturating_sub(OUTER)).step_by(2) {
-        for column in (0..columns.saturating_sub(OUTER)).step_by(2) {
-            if region.square([column, row], OUTER) > all {
-                visit([column + CLEAR, row + CLEAR]);
-            }
-        }
+    if around.known.1
+        && process.top_layers > 0
+        && let Some(region) = other(around.above)
+    {
+        full(printed, around, Kind::Top, &region, findings);
+        shells::check(printed, around, (Side::Top, &region), findings);
     }
 }
 
-fn full(printed: &PrintedPart<'_>, around: &Around<'_>, kind: Kind, region: &Sums, findings: &mut Findings) {
+fn full(printed: &PrintedPart<'_>, around: &Around<'_>, kind: Kind, region: &Region<'_>, findings: &mut Findings) {
     let cells = (WINDOW * WINDOW) as f64 * full_share(printed);
     let mut least = Held::NOTHING;
-    windows(around, region, |at| {
+    region.windows(|at| {
         let share = around.here.plastic.square(at, WINDOW) / cells;
         least.take(share, at);
     });

@@ -19,10 +19,10 @@ const CLEAR: usize = 10;
 /// Tiles are looked at together by squares of so many, and all at once.
 const GROUP: i32 = 5;
 /// Layers that are compared reach so high, mm, and are so many: more than infill is laid at once.
-const HIGH_MM: f64 = 0.8;
-const FEWEST: usize = 4;
+pub(super) const HIGH_MM: f64 = 0.8;
+pub(super) const FEWEST: usize = 4;
 /// Fuller tiles are solid.
-const SOLID_SHARE: f32 = 0.7;
+pub(super) const SOLID_SHARE: f32 = 0.7;
 /// What less is missing.
 const LEAST: f64 = 0.25;
 /// Line that is expected, mm: of less nothing is said.
@@ -30,7 +30,7 @@ const TELLING_MM: f64 = 100.0;
 /// A line's width where it is asked how long it is, mm.
 const LINE_MM: f64 = 0.4;
 /// Tiles with less are empty.
-const EMPTY: f32 = 0.01;
+pub(super) const EMPTY: f32 = 0.01;
 /// Where more of a print's interior is empty than this, it is meant to be.
 const MOSTLY_EMPTY: f64 = 0.5;
 
@@ -38,53 +38,56 @@ const MOSTLY_EMPTY: f64 = 0.5;
 #[derive(Clone, Copy)]
 pub(super) struct Tile {
     at: [i32; 2],
-    share: f32,
+    pub(super) share: f32,
 }
 
 /// The layer's tiles.
 pub(super) fn tiles(around: &Around<'_>) -> Vec<Tile> {
     let (frame, outer) = (around.here.layer.mask.frame, TILE + 2 * CLEAR);
     let (Some(below), Some(above)) = (around.below, around.above) else { return Vec::new() };
-    let all = (outer * outer) as f64 - 0.5;
     let first = |axis: usize| frame.low[axis].div_euclid(TILE as i64) as i32;
     let last = |axis: usize| (frame.low[axis] + frame.size[axis] as i64).div_euclid(TILE as i64) as i32;
     let mut found = Vec::new();
     for row in first(1)..=last(1) {
         for column in first(0)..=last(0) {
             let low = [column, row].map(|v| i64::from(v) * TILE as i64 - CLEAR as i64);
-            let inside = |full: &super::Full<'_>| {
-                let frame = &full.layer.mask.frame;
-                let at = [0, 1].map(|axis| low[axis] - frame.low[axis]);
-                let fits = (0..2).all(|axis| at[axis] >= 0 && at[axis] as usize + outer <= frame.size[axis]);
-                (fits && full.solid.square(at.map(|v| v as usize), outer) > all).then_some(at)
-            };
+            let inside = |full: &super::Full<'_>| full.inside(low, outer);
             if let (Some(at), Some(_), Some(_)) = (inside(around.here), inside(below), inside(above)) {
-                let sum = around.here.plastic.square(at.map(|v| v as usize + CLEAR), TILE);
+                let sum = around.here.plastic.square(at.map(|v| v + CLEAR), TILE);
                 found.push(Tile { at: [column, row], share: (sum / (TILE * TILE) as f64) as f32 });
             }
         }
     }
-
     found
 }
 
 /// A tile's shares by layer; not a number where the tile is not within the part.
-type Column = Vec<f32>;
+pub(super) type Column = Vec<f32>;
 
-pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
+/// The tiles of all layers, by their places.
+pub(super) fn columns(told: &[Told]) -> BTreeMap<[i32; 2], Column> {
     let mut columns: BTreeMap<[i32; 2], Column> = BTreeMap::new();
     for (index, layer) in told.iter().enumerate() {
         for tile in &layer.tiles {
             columns.entry(tile.at).or_insert_with(|| vec![f32::NAN; told.len()])[index] = tile.share;
         }
     }
+    columns
+}
+
+pub(super) fn check(
+    printed: &PrintedPart<'_>,
+    told: &[Told],
+    columns: &BTreeMap<[i32; 2], Column>,
+    findings: &mut Findings,
+) {
     let sparse = || columns.values().flatten().filter(|share| **share < SOLID_SHARE);
     let empty = sparse().filter(|share| **share < EMPTY).count();
     if empty as f64 > MOSTLY_EMPTY * sparse().count() as f64 {
         return;
     }
     let mut groups: BTreeMap<Option<[i32; 2]>, Vec<&Column>> = BTreeMap::new();
-    for (at, column) in &columns {
+    for (at, column) in columns {
         groups.entry(Some(at.map(|v| v.div_euclid(GROUP)))).or_default().push(column);
         groups.entry(None).or_default().push(column);
     }

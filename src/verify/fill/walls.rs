@@ -10,7 +10,7 @@ use super::{Layer, Told, add};
 use crate::section::PlanePoint;
 
 /// Spacing of the places, mm.
-const SPACING_MM: f64 = 0.5;
+pub(super) const SPACING_MM: f64 = 0.5;
 /// Below this share there is no wall at a place, nor does one go on.
 const BARE: f64 = 0.4;
 /// Where an outer wall is looked for, mm inside the outline.
@@ -32,6 +32,8 @@ const STEP_MM: f64 = 0.1;
 /// What lies deeper, mm; where it is fuller than this share there is no sparse infill beside the walls.
 const DEEP_MM: [f64; 2] = [1.6, 3.0];
 const SPARSE: f64 = 0.5;
+/// And at how many places it is asked.
+const DEEP_PLACES: u32 = 8;
 /// One in so many places may have thinner walls than a layer is taken to have.
 const FEW: usize = 33;
 /// How much thinner walls are where one is missing, mm.
@@ -40,8 +42,8 @@ const THINNER_MM: f64 = 0.25;
 const THIN_WALL_MM: f64 = 6.0;
 const THIN_WALL_SHARE: f64 = 0.1;
 /// Layers with less outline beside sparse infill say nothing, mm; and prints with fewer such layers.
-const TELLING_MM: f64 = 10.0;
-const TELLING_LAYERS: usize = 6;
+pub(super) const TELLING_MM: f64 = 10.0;
+pub(super) const TELLING_LAYERS: usize = 6;
 
 /// What is seen along one layer's outline.
 pub(super) struct Seen {
@@ -84,6 +86,10 @@ impl Seen {
             thinnest_at: depths.first().map_or([0.0; 2], |(_, p)| *p),
             depths: depths.into_iter().map(|(depth, _)| depth).collect(),
         }
+    }
+
+    pub(super) fn depths(&self) -> &[f32] {
+        &self.depths
     }
 
     /// How deep the walls of a layer go but at a few places, mm; `None` where too little is beside sparse infill.
@@ -132,9 +138,13 @@ fn depth(layer: &Layer<'_>, p: PlanePoint, normal: PlanePoint) -> Option<f64> {
         let one = |along: f64| layer.plastic.at([0, 1].map(|i| p[i] - normal[i] * inward + tangent[i] * along));
         (one(-0.3) + one(0.0) + one(0.3)) / 3.0
     };
-    let deep = (0..8).map(|k| at(DEEP_MM[0] + (DEEP_MM[1] - DEEP_MM[0]) * f64::from(k) / 7.0)).sum::<f64>() / 8.0;
-    if deep > SPARSE {
-        return None;
+    // The sum only grows: where all is solid half of it tells.
+    let mut deep = 0.0;
+    for k in 0..DEEP_PLACES {
+        deep += at(DEEP_MM[0] + (DEEP_MM[1] - DEEP_MM[0]) * f64::from(k) / f64::from(DEEP_PLACES - 1));
+        if deep > SPARSE * f64::from(DEEP_PLACES) {
+            return None;
+        }
     }
     let mut mm = 0.3;
     while mm < DEEPEST_MM && at(mm) >= BARE {

@@ -1,0 +1,54 @@
+//! Walls are more than one thread thick where the settings want two or more.
+
+use super::super::prints::PrintedPart;
+use super::super::report::Findings;
+use super::walls::{SPACING_MM, TELLING_LAYERS, TELLING_MM};
+use super::{Told, add};
+
+/// A wall is one thread where it is less than so many thick.
+const THREADS: f64 = 1.6;
+/// Beyond this it is not followed, mm; where the file states no number of walls, those of a wide nozzle may be one.
+const THICK_MM: f64 = 1.2;
+const UNSTATED_MM: f64 = 0.7;
+/// Lines of which the usual width is taken.
+const LINES: usize = 1000;
+
+pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
+    let stated = printed.flow.inside.walls;
+    if printed.job.profile.process.walls < 2 || stated.is_some_and(|walls| walls < 2) {
+        return;
+    }
+    let tells = |layer: &&Told| layer.walls.depths().len() as f64 * SPACING_MM >= TELLING_MM;
+    let layers: Vec<&Told> = told.iter().filter(tells).collect();
+    let mut depths: Vec<f32> = layers.iter().flat_map(|layer| layer.walls.depths()).copied().collect();
+    if layers.len() < TELLING_LAYERS {
+        return;
+    }
+    let middle = depths.len() / 2;
+    let depth = f64::from(*depths.select_nth_unstable_by(middle, f32::total_cmp).1);
+    let width = usual_width(printed);
+    let most = (THREADS * width).min(if stated.is_some() { THICK_MM } else { UNSTATED_MM });
+    if depth < most {
+        add(printed, layers[0].line, [depth, most], findings, || {
+            format!(
+                "the walls of part {} are {depth:.2} mm thick in most places of {} layers, one line of {width:.2} mm (minimum {most:.2} mm; for \
+                 prints with one wall set [process] walls = 1)",
+                printed.planned.part,
+                layers.len()
+            )
+        });
+    }
+}
+
+/// The width that most lines' filament gives them, mm.
+fn usual_width(printed: &PrintedPart<'_>) -> f64 {
+    let all: usize = printed.levels.iter().map(|level| level.beads.len()).sum();
+    let lines = printed.levels.iter().flat_map(|level| level.beads.iter().map(move |&bead| (level, bead)));
+    let width = |(level, bead)| printed.held_width(&printed.bead(bead), level);
+    let mut widths: Vec<f64> = lines.step_by((all / LINES).max(1)).map(width).filter(|mm| *mm > 0.0).collect();
+    if widths.is_empty() {
+        return printed.job.profile.process.line_width_mm;
+    }
+    let middle = widths.len() / 2;
+    *widths.select_nth_unstable_by(middle, f64::total_cmp).1
+}
