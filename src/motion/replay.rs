@@ -475,7 +475,7 @@ fn sane(letter: u8, value: f64) -> Result<f64, ReplayError> {
     if SANE_MM.contains(&value) { Ok(value) } else { Err(ReplayError::Absurd(char::from(letter), value)) }
 }
 
-/// Whether a machine can mean this F.
+/// Whether a machine can mean this F: below zero Marlin ignores it, and Klipper stops.
 fn is_sane_feed(feed: f64) -> bool {
-    feed == 0.0 || SANE_FEED.contains(&feed.abs())
+    feed == 0.0 || SANE_FEED.contains(&feed)
 }

@@ -421,6 +421,10 @@ impl<'a> Checker<'a> {
         }
         let length = m.ends().map_or(0.0, |[from, to]| (to - from).norm());
         let way = if length > 0.0 || m.travels() { length } else { m.e.abs() };
+        if m.feed == Some(0.0) && way > 0.0 {
+            let text = || "F0 sets no speed: the firmware keeps an earlier one, or stops".to_owned();
+            return self.say(Rule::AxisRate, [0.0, self.slowest * 60.0], text);
+        }
         let (speed, least) = (way / m.seconds, self.slowest);
         if way > 0.0 && m.seconds > 0.0 && speed < least {
             self.say(Rule::AxisRate, [speed * 60.0, least * 60.0], || {

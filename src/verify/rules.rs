@@ -106,11 +106,16 @@ pub const RULES: [RuleStatement; 23] = [
     ),
     rule(
         Rule::Fill,
-        "Surfaces are full, walls are whole, and infill does not stop.",
+        "Surfaces are full, walls are whole, infill does not stop, and no more is printed than fits.",
         &[
             limit("least_share_of_a_window", fill::LEAST[0]),
             limit("least_share_of_a_surface", fill::LEAST[1]),
             limit("least_share_over_air", fill::OVER_AIR),
+            limit("share_of_one_layer", fill::MOST[0]),
+            limit("share_of_two_layers", fill::MOST[1]),
+            limit("share_of_three_layers", fill::MOST[2]),
+            limit("share_of_more_layers", fill::MOST[3]),
+            limit("share_of_a_top", fill::MOST_ON_TOP),
             limit("slit_mm", fill::SLIT_MM),
             limit("slit_layers", fill::SLIT_LAYERS as f64),
         ],

@@ -133,6 +133,8 @@ pub(crate) fn mutants(victim: &Victim) -> Vec<(&'static [&'static str], Change)>
             }),
         ),
         (&["axis-rate"], Box::new(move |lines| lines[laying] += " F99000")),
+        (&["axis-rate"], Box::new(move |lines| lines[laying] += " F0")),
+        (&["syntax"], Box::new(move |lines| lines[laying] += " F-600")),
         (&["syntax"], instead(laying, "G1 X--5")),
         (&["syntax"], instead(laying, "G20")),
         (&["command"], instead(laying, "G54")),

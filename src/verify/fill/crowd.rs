@@ -21,21 +21,21 @@ const STEP: i64 = 4;
 /// What each of one, two, three, and four and more layers over each other may hold where so many windows of a layer do. Of sound files the fullest had
 /// 1.83 (threads of Slic3r where they are anchored), 1.60, 1.26 and 1.26 in one window, and 1.67, 1.39, 1.11 and 1.12 elsewhere; a slicer's own factor
 /// may add a tenth.
-const MOST: [f32; 4] = [1.9, 1.55, 1.25, 1.22];
+pub(in crate::verify) const MOST: [f64; 4] = [1.9, 1.55, 1.25, 1.22];
 const MANY: usize = 20;
 /// And where fewer do.
-const MOST_OF_FEW: [f32; 4] = [1.95, 1.75, 1.4, 1.4];
+const MOST_OF_FEW: [f64; 4] = [1.95, 1.75, 1.4, 1.4];
 /// And a top surface on a full layer: of sound files the fullest had 1.16; ironing adds up to a third.
-const MOST_ON_TOP: f32 = 1.5;
+pub(in crate::verify) const MOST_ON_TOP: f64 = 1.5;
 /// Layers with less are as they should be.
-const LEAST: f32 = MOST[MOST.len() - 1];
+const LEAST: f64 = MOST[MOST.len() - 1];
 /// What a layer holds that carries the next one and takes none of its plastic.
 const FULL: f64 = 0.85;
 
 /// A window that holds too much for several layers of it.
 pub(super) struct Crowd {
     at: [i32; 2],
-    share: f32,
+    share: f64,
     /// Whether what is below is full.
     carried: bool,
     is_top: bool,
@@ -50,10 +50,10 @@ pub(super) fn crowds(around: &Around<'_>) -> Vec<Crowd> {
     for row in first(1)..=last(1) {
         for column in first(0)..=last(0) {
             let low = [column * STEP, row * STEP];
-            if let Some(held) = share(full, low, f64::from(LEAST)) {
+            if let Some(held) = share(full, low, LEAST) {
                 let carried = around.first || around.below.is_some_and(|below| share(below, low, FULL).is_some());
                 let is_top = around.known.1 && !around.above.is_some_and(|above| above.has(low, WINDOW));
-                found.push(Crowd { at: [column as i32, row as i32], share: held as f32, carried, is_top });
+                found.push(Crowd { at: [column as i32, row as i32], share: held, carried, is_top });
             }
         }
     }
@@ -75,7 +75,7 @@ fn share(full: &Full<'_>, low: [i64; 2], least: f64) -> Option<f64> {
 #[derive(Default)]
 struct Run {
     last: usize,
-    shares: Vec<f32>,
+    shares: Vec<f64>,
 }
 
 impl Run {
@@ -90,12 +90,12 @@ impl Run {
     }
 
     /// Of how many layers up to this one each holds too much: what the least of them holds, and what it may.
-    fn over(&self, is_top: bool, most: [f32; MOST.len()]) -> Option<(usize, [f32; 2])> {
+    fn over(&self, is_top: bool, most: [f64; MOST.len()]) -> Option<(usize, [f64; 2])> {
         let alone = self.shares.last().filter(|share| is_top && **share > MOST_ON_TOP);
         let alone = alone.map(|share| (1, [*share, MOST_ON_TOP]));
         let upward = most.iter().enumerate().rev().find_map(|(before, most)| {
             let last = &self.shares[self.shares.len().checked_sub(before + 1)?..];
-            let least = last.iter().copied().fold(f32::INFINITY, f32::min);
+            let least = last.iter().copied().fold(f64::INFINITY, f64::min);
             (least > *most).then_some((before + 1, [least, *most]))
         });
         upward.or(alone)
@@ -106,8 +106,8 @@ impl Run {
 struct Over {
     at: [i32; 2],
     layers: usize,
-    share: f32,
-    most: f32,
+    share: f64,
+    most: f64,
 }
 
 pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
@@ -116,7 +116,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
         for crowd in &layer.crowds {
             runs.entry(crowd.at).or_default().take(index, crowd);
         }
-        let over = |most: [f32; MOST.len()]| -> Vec<Over> {
+        let over = |most: [f64; MOST.len()]| -> Vec<Over> {
             let over = layer.crowds.iter().filter_map(|crowd| {
                 let (layers, [share, most]) = runs.get(&crowd.at)?.over(crowd.is_top, most)?;
                 Some(Over { at: crowd.at, layers, share, most })
@@ -134,7 +134,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
 
 fn say(printed: &PrintedPart<'_>, layer: &Told, worst: &Over, findings: &mut Findings) {
     let Over { at, layers, share, most } = worst;
-    add(printed, layer.line, [f64::from(*share), f64::from(*most)], findings, || {
+    add(printed, layer.line, [*share, *most], findings, || {
         let [x, y] = at.map(|v| (f64::from(v) * STEP as f64 + WINDOW as f64 / 2.0) * CELL_MM);
         let (part, z, mm) = (printed.planned.part, layer.z, WINDOW as f64 * CELL_MM);
         let over = if *layers == 1 { "one layer".to_owned() } else { format!("{layers} layers") };
