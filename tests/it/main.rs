@@ -70,6 +70,7 @@ mod rims;
 mod roles;
 mod rust_source;
 mod schemas;
+mod second_opinion;
 mod several;
 mod sliced_files;
 mod solids;
