@@ -313,11 +313,7 @@ mod tests {
             ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
             ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 after it"),
             ("fractal-5-pro", "G28\nPIVOT_COORD ACTIVATE=1", "put PIVOT_COORD ACTIVATE=0 after it"),
-            (
-                "generic-ac",
-                "G28\nG29\nM109 S{nozzle_c}",
-                "\"G29\": it applies the bed mesh, which was measured on the level table",
-            ),
+            ("generic-ac", "G28\nG29\nM109 S{nozzle_c}", "\"G29\": it applies a bed mesh"),
             ("generic-ac", "G28\nM420 S1\nM109 S{nozzle_c}", "put M420 S0 after it"),
             ("trident-5-axis", "G28\nG29 S1\nM109 S{nozzle_c}", "put M561 after it"),
             ("fractal-5-pro", "BED_MESH_PROFILE LOAD=default", "put BED_MESH_CLEAR after it"),

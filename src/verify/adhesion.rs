@@ -89,7 +89,10 @@ fn objection(print: &PrintedPart<'_>, m: &TraceMove, standing: &[(usize, Section
     let ratio =
         m.e * print.filament_mm2 / (print.flow.bead.area(width, level.height()) * length * print.flow.multiplier);
     if length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio) {
-        return Some(format!("of part {part} uses {ratio:.2} times the filament that its width and height need"));
+        let [least, most] = FLOW;
+        return Some(format!(
+            "of part {part} uses {ratio:.2} times the filament that its width and height need (allowed {least} to {most})"
+        ));
     }
     None
 }

@@ -142,7 +142,7 @@ impl Balance<'_> {
             if held.factor < FALLS && pose.tilt_deg > 0.0 {
                 findings.add(Rule::Standing, at, [held.factor, FALLS], || {
                     format!(
-                        "at a tilt of {:.1} degrees the {:.1} g on the table are held {:.2} times over (minimum {FALLS})",
+                        "at a tilt of {:.1} deg, the {:.1} g on the table are held with a safety factor of only {:.2} (minimum {FALLS})",
                         pose.tilt_deg,
                         body.weight.grams(),
                         held.factor

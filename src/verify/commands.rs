@@ -74,11 +74,12 @@ impl<'a> Permitted<'a> {
             return None;
         }
         let place = match zone {
-            Zone::Start => "and is not in the profile's [dialect] start",
-            Zone::Prints => "and is between the start and the end code",
-            Zone::End => "and is not in the profile's [dialect] end",
+            Zone::Start => "before the prints, and not in [dialect] start",
+            Zone::Prints => "between start and end code",
+            Zone::End => "after the prints, and not in [dialect] end",
         };
-        Some(format!("{name} {does}, {place}; remove it, or add it to [dialect] allow"))
+        let remedy = if effect == Effect::Hazard(Hazard::Tool) { "" } else { ", or add it to [dialect] allow" };
+        Some(format!("{place}: {name} {does}; remove it{remedy}"))
     }
 }
 

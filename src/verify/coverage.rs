@@ -66,7 +66,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, section: &Section,
         let Bare { length, at: [x, y] } = bare;
         findings.add(Rule::Registration, at, [length, MOST_BARE_MM], || {
             format!(
-                "{length:.1} mm of the outline of part {part} at Z {:.2} have no wall, for example at X {x:.2} Y {y:.2} (maximum {MOST_BARE_MM} mm)",
+                "{length:.1} mm of the outline of part {part} at Z {:.2} has no wall, for example at X {x:.2} Y {y:.2} (maximum {MOST_BARE_MM} mm)",
                 level.z
             )
         });

@@ -53,7 +53,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         findings.add(Rule::Flow, at, [doubled.length, limit], || {
             let other = lines[doubled.other].m.line;
             format!(
-                "{:.2} mm of line are printed on top of other lines of the layer at Z {:.2}, for example of line {other} (maximum {limit:.1} mm)",
+                "{:.2} mm of a line is printed on top of other lines of the layer at Z {:.2}, for example line {other} (maximum {limit:.1} mm)",
                 doubled.length, level.z
             )
         });

@@ -123,7 +123,7 @@ fn assumed_width(printed: &PrintedPart<'_>) -> String {
         return String::new();
     }
     let width = printed.job.profile.process.line_width_mm;
-    format!("the width of the lines, which the file does not state and process.line_width_mm gives as {width} mm, ")
+    format!("process.line_width_mm ({width} mm, since the file states no line width), ")
 }
 
 /// The median, so that a few wrong lines do not pass for the rule; 1 where there are too few to tell.
@@ -188,7 +188,7 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
         findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {
             let Line { length, width, height, .. } = line;
             format!(
-                "{length:.2} mm of line use {ratio:.3} times the filament that {width:.2} x {height:.2} mm need (allowed {low:.2} to {high:.2})"
+                "{length:.2} mm of a line uses {ratio:.3} times the filament that a cross-section of {width:.2} x {height:.2} mm needs (allowed {low:.2} to {high:.2})"
             )
         });
     }

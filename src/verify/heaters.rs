@@ -85,8 +85,9 @@ impl Heaters {
                 "filament is extruded before the bed was waited for; add M190 with its temperature".to_owned(),
             ))
         } else if now < least {
-            let text =
-                format!("filament is extruded with the bed set to {now} C (minimum {least:.0} C, half of what it was)");
+            let text = format!(
+                "filament is extruded with the bed set to {now} C (minimum {least:.0} C, half of its highest target)"
+            );
             Some(([now, least], text))
         } else {
             None

@@ -125,7 +125,10 @@ impl<'a> Supports<'a> {
         }
         let [from, to] = m.ends()?;
         if (to.z - from.z).abs() > SAME_MM {
-            return Some(format!("a support of part {part} rises by {:.2} mm while it is printed", to.z - from.z));
+            return Some(format!(
+                "a support line of part {part} must be level, but its Z changes by {:+.2} mm",
+                to.z - from.z
+            ));
         }
         let (width, length) = (self.width(m), (to - from).norm());
         let least = width / 2.0 - NEARER_MM;
@@ -148,11 +151,12 @@ impl<'a> Supports<'a> {
         if rate > self.most_flow * (1.0 + RATE_SLACK) {
             let most = self.most_flow;
             return Some(format!(
-                "a support of part {part} needs {rate:.1} mm3/s of filament, more than the hot end melts, {most:.1} ([limits] max_flow_mm3_per_s)"
+                "a support of part {part} needs {rate:.1} mm3/s of filament, more than the hot end melts (maximum {most:.1}, [limits] max_flow_mm3_per_s)"
             ));
         }
         (length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio)).then(|| {
-            format!("a support of part {part} uses {ratio:.2} times the filament that its width and height need")
+            let [least, most] = FLOW;
+            format!("a support line of part {part} uses {ratio:.2} times the filament that its volume needs (allowed {least} to {most})")
         })
     }
 }

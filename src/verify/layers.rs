@@ -55,7 +55,7 @@ fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut F
     } else if off.abs() > most && (first.stated.is_some() || !holds_its_height(printed, first)) {
         findings.add(Rule::LayerHeight, place(printed, first.line), [off, most], || {
             let (part, which) = (printed.planned.part, if off > 0.0 { "high" } else { "low" });
-            format!("the first layer of part {part} is {:.3} mm too {which} for its height of {height:.2} mm{} (maximum {most} mm)", off.abs(), pressed(printed))
+            format!("part {part}: the first layer ({height:.2} mm high{}) is printed {:.3} mm too {which} (maximum {most} mm)", pressed(printed), off.abs())
         });
     }
 }
@@ -64,7 +64,7 @@ fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut F
 fn pressed(printed: &PrintedPart<'_>) -> String {
     match printed.overlap_mm {
         0.0 => String::new(),
-        mm => format!(" and [joint] overlap_mm = {mm}"),
+        mm => format!(", [joint] overlap_mm = {mm}"),
     }
 }
 
@@ -79,7 +79,7 @@ fn follows(printed: &PrintedPart<'_>, below: &Level, level: &Level, usual: f64, 
     {
         findings.add(Rule::Complete, place(printed, level.line), [off, HEIGHT_MM], || {
             format!(
-                "{off:.2} mm of part {} are missing below this layer; there is none at Z {z:.2}",
+                "part {} has a gap of {off:.2} mm below this layer; the layer at Z {z:.2} is missing",
                 printed.planned.part
             )
         });

@@ -317,7 +317,7 @@ impl<'a> Checker<'a> {
         let turns = self.trace.turns(m);
         if turns && m.e > 0.0 {
             self.say(Rule::TurnWhileExtruding, [m.e, 0.0], || {
-                format!("the table turns while {:.3} mm of filament are extruded", m.e)
+                format!("{:.3} mm of filament is extruded while the table turns", m.e)
             });
         }
         if turns {
@@ -401,7 +401,7 @@ impl<'a> Checker<'a> {
             if now > 0.0 {
                 format!("filament is extruded at {now:.0} C (minimum {least:.0} C, [limits] min_extrude_c)")
             } else {
-                format!("filament is extruded before the nozzle was heated and waited for (M109), or after it was switched off; at least {least:.0} C")
+                format!("filament is extruded with the nozzle off or not yet waited for (minimum {least:.0} C); add M109 with its temperature")
             }
         });
     }
@@ -445,10 +445,12 @@ impl<'a> Checker<'a> {
         ];
         // The time that the slowest of both would take at its own least.
         let longest = axes.iter().map(|(turned, rate)| turned / (rate * SLOWEST_TURN)).fold(0.0, f64::max);
-        if longest > 0.0 && m.seconds > longest.max(LEAST_TURN_S) {
-            self.say(Rule::AxisRate, [m.seconds, longest], || {
+        let most = longest.max(LEAST_TURN_S);
+        if longest > 0.0 && m.seconds > most {
+            self.say(Rule::AxisRate, [m.seconds, most], || {
+                let (percent, least) = (100.0 * SLOWEST_TURN, LEAST_TURN_S);
                 format!(
-                    "a turn takes {:.0} s (maximum {longest:.0} s, at {SLOWEST_TURN} of the axes' speed)",
+                    "the turn takes {:.0} s (maximum {most:.0} s: {percent:.0} % of the axes' top speed, at least {least:.0} s)",
                     m.seconds
                 )
             });
@@ -479,7 +481,7 @@ impl<'a> Checker<'a> {
         }
         let (at, off) = (FindingPlace { line, ..self.place() }, what.off(self.firmware));
         self.findings.add(Rule::Command, at, [0.0, 2.0], || {
-            format!("this line {}; put {off} after it, before anything is printed", what.harm())
+            format!("this line {}; add {off} after it, before printing starts", what.harm())
         });
     }
 

@@ -173,11 +173,11 @@ impl Tally {
     /// What was missing or too much each time printing went on must be little in all.
     fn check_strayed(&self, line: u32, findings: &mut Findings) {
         let most = FEW_MM.max(MOST_STRAYED * self.filament);
-        for (mm, word) in self.strayed.iter().zip(["missing", "too much"]) {
+        for (mm, word) in self.strayed.iter().zip(["missing", "in excess"]) {
             if *mm > most {
                 let at = FindingPlace { line, slot: None, part: None };
                 findings.add(Rule::Retract, at, [*mm, most], || {
-                    format!("{mm:.1} mm of filament are {word} in all where printing goes on (maximum {most:.1} mm)")
+                    format!("in total, {mm:.1} mm of filament is {word} where printing resumes (maximum {most:.1} mm)")
                 });
             }
         }
@@ -203,7 +203,7 @@ impl Tally {
             if (laid.filament - expected).abs() > FILAMENT_SLACK_MM {
                 findings.add(Rule::Filament, at, [laid.filament, expected], || {
                     let filament = laid.filament;
-                    format!("print {index} extrudes {filament:.3} mm of filament, but {expected:.3} mm were sliced (tolerance {FILAMENT_SLACK_MM} mm)")
+                    format!("print {index} extrudes {filament:.3} mm of filament, but the header states {expected:.3} mm (tolerance {FILAMENT_SLACK_MM} mm)")
                 });
             }
         }

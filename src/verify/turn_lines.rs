@@ -61,8 +61,7 @@ impl<'a> TurnLines<'a> {
             }
         }
         let (line, text) = rest.iter().find(|(_, text)| self.has(text) && self.switches(text))?;
-        let elsewhere = "is where the table does not turn";
-        Some((Some(*line), format!("{text:?} of [transition] before_turn or after_turn {elsewhere}")))
+        Some((Some(*line), format!("the [transition] command {text:?} is used where the table does not turn")))
     }
 
     /// Whether a line does what only the profile may ask for; waits may stand anywhere.

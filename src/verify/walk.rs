@@ -447,14 +447,14 @@ impl Walker<'_> {
             let print = gap.stroke.print.map(|p| &self.planned[p as usize]);
             let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
-                let held = match gap.held {
-                    [true, true] if gap.allowed < self.bridge_mm => "with a turn between two ends on material",
-                    [true, true] => "between two ends on material ([process] bridge_mm)",
-                    [false, false] => "with neither end on material",
-                    _ => "with one end in the air",
+                let (held, key) = match gap.held {
+                    [true, true] if gap.allowed < self.bridge_mm => ("with a turn between two ends on material", ""),
+                    [true, true] => ("between two ends on material", ", [process] bridge_mm"),
+                    [false, false] => ("with neither end on material", ""),
+                    _ => ("with one end in the air", ""),
                 };
                 format!(
-                    "{:.2} mm of line are printed in mid-air; {held}, the maximum is {:.1} mm",
+                    "{:.2} mm of a line is printed in mid-air {held} (maximum {:.1} mm{key})",
                     gap.length, gap.allowed
                 )
             });
@@ -478,7 +478,7 @@ impl Walker<'_> {
             let at = self.place(blind.line);
             self.walked.findings.add(Rule::HeadCollision, at, [room, 0.0], || {
                 format!(
-                    "the head moves {:.2} mm too low to be above the table at every angle, and the angle is unknown",
+                    "the table's angle is unknown, and the head is {:.2} mm too low to clear the table and the print at every angle",
                     -room
                 )
             });

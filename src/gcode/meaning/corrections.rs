@@ -19,12 +19,8 @@ impl Correction {
     /// Why it must be off, as the end of a sentence about a line.
     pub fn harm(self) -> &'static str {
         match self {
-            Self::TipFollowing => {
-                "makes the firmware follow the tip, and the firmware would apply the poses, which are computed here, a second time, through the part"
-            }
-            Self::BedMesh => {
-                "applies the bed mesh, which was measured on the level table: the firmware would move Z by X and Y at every tilt"
-            }
+            Self::TipFollowing => "makes the firmware follow the tip, which applies the tilt a second time",
+            Self::BedMesh => "applies a bed mesh measured on the level table, which is wrong at a tilt",
         }
     }
 

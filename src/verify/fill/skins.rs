@@ -126,10 +126,11 @@ fn say(
     add(printed, level.line, [share, limit], findings, || {
         let [x, y] = around.here.layer.mask.frame.middle(held.at, WINDOW);
         let (part, mm) = (printed.planned.part, WINDOW as f64 * CELL_MM);
-        let over = if share == held.worst { format!(" over {mm} x {mm} mm") } else { " on average, worst".to_owned() };
+        let over =
+            if share == held.worst { format!(" over {mm} x {mm} mm") } else { " on average, emptiest".to_owned() };
         let (what, remedy) = (kind.words(), kind.remedy(share));
         format!(
-            "{what} of part {part} at Z {:.2} is {:.0} % full{over} at X {x:.1} Y {y:.1} (minimum {:.0} %{remedy})",
+            "{what} of part {part} at Z {:.2} is {:.0} % filled{over} at X {x:.1} Y {y:.1} (minimum {:.0} %{remedy})",
             level.z,
             share * 100.0,
             limit * 100.0

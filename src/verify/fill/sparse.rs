@@ -116,7 +116,7 @@ fn stops(
             let (from, to) = (&told[index], &told[stop.end - 1]);
             add(printed, from.line, [stop.there, stop.beside], findings, || {
                 format!(
-                    "the infill of part {} stops from Z {:.2} to Z {:.2}: {:.1} % of the interior is filled, and {:.1} % below and above (minimum {:.0} % of that)",
+                    "the infill of part {} is interrupted from Z {:.2} to Z {:.2}: {:.1} % filled, {:.1} % above and below (minimum {:.0} % of the latter)",
                     printed.planned.part,
                     from.z,
                     to.z,

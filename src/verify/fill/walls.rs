@@ -198,7 +198,7 @@ fn slit(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
                 let [x, y] = slit.middle;
                 add(printed, layer.line, [slit.length_mm, SLIT_MM], findings, || {
                     format!(
-                        "{:.1} mm of the outer wall of part {} are missing at the same place of {SLIT_LAYERS} layers, up to Z {:.2}, at X {x:.2} Y {y:.2} (maximum {SLIT_MM} mm)",
+                        "{:.1} mm of the outer wall of part {} is missing at X {x:.2} Y {y:.2} in {SLIT_LAYERS} successive layers up to Z {:.2} (maximum {SLIT_MM} mm)",
                         slit.length_mm, printed.planned.part, layer.z
                     )
                 });
@@ -226,7 +226,7 @@ fn thickness(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) 
             let most = THIN_WALL_MM.max(THIN_WALL_SHARE * of);
             add(printed, layer.line, [mm, most], findings, || {
                 format!(
-                    "the walls of part {} at Z {:.2} are {:.2} mm thick at X {x:.1} Y {y:.1}, but {usual:.2} mm in most layers, over {mm:.0} mm of the outline (maximum {most:.0} mm)",
+                    "{mm:.0} mm of the outline of part {} at Z {:.2} has thin walls (maximum {most:.0} mm): {:.2} mm at X {x:.1} Y {y:.1}, {usual:.2} mm in most layers",
                     printed.planned.part, layer.z, layer.walls.depths[0]
                 )
             });

@@ -125,7 +125,7 @@ fn a_line_of_stated_width_takes_the_filament_of_the_others() {
             true => format!("{line}{said}"),
             false => format!("{line}\n"),
         });
-        is_found(&report(&lines.collect::<String>()), "of line use")
+        is_found(&report(&lines.collect::<String>()), "of a line uses")
     };
     for (flow, wanted) in [
         (1.0, false),
