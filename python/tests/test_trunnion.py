@@ -331,7 +331,7 @@ class Failures(Folder):
 
     def test_settings(self):
         for keyword, value, said in [
-            ("overhang_deg", 100, "overhang 100 deg: must be 0..90"),
+            ("overhang_deg", 100, "overhang must be between 0 and 90 deg, got 100 deg"),
             ("overhang_deg", float("nan"), "overhang_deg nan is not a finite number"),
             ("overhang_deg", "steep", "overhang_deg 'steep' is not a finite number"),
             ("margin_mm", True, "margin_mm True is not a finite number"),
@@ -345,7 +345,7 @@ class Failures(Folder):
             ("allow", {9: 1}, "has no part 9"),
             ("allow", {"x": 1}, "beside and allow"),
             ("beside", 3, "beside and allow"),
-            ("top", 0, "top 0: must be 1..100"),
+            ("top", 0, "top must be between 1 and 100, got 0"),
             ("output", self.folder / "none" / "plan.json", "does not exist"),
             ("output", 3, "int is not a path"),
             ("sheet", self.folder / "plan.doc", "sheet "),
@@ -364,7 +364,7 @@ class Failures(Folder):
             trunnion.plan(fixture("cube"), "generic-ac", overhangs=3)
 
     def test_machines(self):
-        for machine, said in [("generic-a", 'did you mean "generic-ac"'), (str(self.folder / "m.toml"), "file not found"), (3, "int is not a machine")]:
+        for machine, said in [("generic-a", 'nearest: "generic-ac"'), (str(self.folder / "m.toml"), "file not found"), (3, "int is not a machine")]:
             with self.subTest(machine=machine), self.assertRaises(trunnion.InputError) as caught:
                 trunnion.plan(fixture("cube"), machine)
             self.assertIn(said, str(caught.exception))

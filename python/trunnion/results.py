@@ -117,7 +117,7 @@ class Inspection(Result):
 
 @dataclass(frozen=True)
 class Minimum:
-    """A minimum of an objective: `up` is the direction that is up; ``kind`` is ``global`` where a lower bound proves it, ``stopped`` where the budget ended the search before it came to rest."""
+    """A minimum of an objective: `up` is the direction that points up; ``kind`` is ``global`` where a lower bound proves it, ``stopped`` where the budget ended the search before it came to rest."""
 
     value: float
     up: Vector

@@ -101,9 +101,9 @@ def orient(
         whole: all parts together as one.
         budget: most evaluations for one objective, 100 at least.
         overhang_deg: surfaces up to this angle from the vertical need no support, 0 to 90.
-        layer_mm: layer height of printable, staircase and alexander; else the machine's.
-        profile: price by this machine's process.
-        up: price this pose too: the direction of the file that is up, any length but 0.
+        layer_mm: layer height for the objectives printable, staircase and alexander; else the profile's.
+        profile: machine whose process settings are used for print time and filament.
+        up: also rate this pose: the direction in the model's coordinates that points up, any length but 0.
         resolution_mm: width of the columns that support volumes are measured by.
         contact_area_min_mm2: only directions whose first layer lies on the bed with at least this much.
         compare: also the model as it lies beside each best.
@@ -190,18 +190,18 @@ def split(
 
     Args:
         output: the parts as 3MF, in the order of printing.
-        up: direction of the file that is up, or ``auto``: as :func:`orient` recommends.
-        overhang_deg: slopes up to this angle from the vertical need no support; else what the profile's lines and layers carry.
+        up: direction in the model's coordinates that points up, or ``auto``: as :func:`orient` recommends.
+        overhang_deg: slopes up to this angle from the vertical need no support; else from the profile's line width and layer height.
         finish: ``practised``: what is printed everywhere may droop a little; ``fine``: nothing may.
         bridge_mm: what a line may span between two ends on material.
         tolerate_mm2: what a connected patch may have that nothing carries.
         margin_mm: room the head keeps from parts it does not print on.
-        max_cuts: most cuts.
+        max_cuts: maximum number of cuts.
         allow_mm2: what may still need support in the end.
-        strict: take everything beyond each plane.
-        no_cut: boxes where no seam may come, each two corners, the file's frame, mm.
+        strict: cut off everything beyond each plane, so that the head never has to pass the remaining part.
+        no_cut: boxes that no cut may cross, each two corners, the file's frame, mm.
         pedestal_mm: height of a part below the model, printed first.
-        budget: cuts that are tried at most; then the search ends with the best so far.
+        budget: maximum number of cuts to try; then the search ends with the best so far.
 
     Raises:
         NotPrintableError: the parts still need support.
@@ -343,14 +343,14 @@ def options_of_plans(
         objective: what the plan minimises: bss, time, setups, slots, any objective of :func:`orient` summed over the parts, or a sum.
         orient_by: what the search for orientations minimises.
         method: that search.
-        orient_budget: most evaluations of that search, for one part and objective.
-        overhang_deg: slopes up to this angle from the vertical need no support (90 everything); else what the profile's lines and layers carry.
+        orient_budget: maximum evaluations of the orientation search, per part and objective.
+        overhang_deg: slopes up to this angle from the vertical need no support (90: everything); else from the profile's line width and layer height.
         finish: ``practised``: what is printed everywhere may droop a little; ``fine``: nothing may.
         bridge_mm: what a line may span between two ends on material.
         tolerate_mm2: what a connected patch may have that nothing carries.
         allow: parts that may overhang by so many mm2 more; ``None`` for whatever something else carries.
         margin_mm: room the head keeps from parts it does not print on, 0 to 100.
-        slots: as many parts in a slot as can be, one after the other where possible, or never two.
+        slots: parts per time slot: as many as possible, preferably one, or exactly one.
         table_later: let parts that stand on the table wait for later slots.
         seed: of the search for orientations.
         origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
@@ -358,14 +358,14 @@ def options_of_plans(
         remedies: look for what would help where there is no plan.
         budget: most steps of the sequence search, and most cuts that are tried.
         roof_mm: height of a denser roof of supports, right below what they hold.
-        roof_pitch_mm: distance between the lines of that roof.
-        brace_mm: columns of supports that stand free over more than this are tied together; 0 none.
-        up: direction of the file that is up, or ``auto``.
+        roof_pitch_mm: line spacing of the support roof.
+        brace_mm: support columns with an unbraced length above this are braced; 0 none.
+        up: direction in the model's coordinates that points up, or ``auto``.
         base: stand the model on this part's largest face below which there is nothing.
         beside: more models for the same table, each with its copies.
         copies: of the first model.
         gap_mm: room between models.
-        snap_mm: close gaps between parts up to this width; 0 leaves gaps and overlaps.
+        snap_mm: close gaps between parts up to this width, and remove overlaps; 0 disables both.
         join: make one solid of parts that touch or overlap.
     """
     if up is not None and base is not None:

@@ -59,13 +59,13 @@ Rehearse, print, and resume after an interruption:
 
 Ctrl-C pauses above the part, twice is an emergency stop.")]
 pub(in crate::cli) struct Send {
-    /// The file to print; several with as many --port (and --plan), in the same order
+    /// G-code files to print; give one --port (and one --plan) for each, in the same order
     #[arg(required = true)]
     pub(in crate::cli) gcode: Vec<PathBuf>,
     /// A serial device, or tcp:host:port; one for each file
     #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
     pub(in crate::cli) port: Vec<String>,
-    /// The plan that made it, against which it is verified first; one for each file
+    /// Plan of the G-code file, which is verified against it first; one for each file
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: Vec<PathBuf>,
     #[command(flatten)]
@@ -127,7 +127,7 @@ pub(in crate::cli) struct Publish {
     /// A file with the server's key (a Duet's password) and nothing else [default: the environment variable TRUNNION_KEY]
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) key_file: Option<PathBuf>,
-    /// The plan that made it, against which it is verified first
+    /// Plan of the G-code file, which is verified against it first
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: Option<PathBuf>,
     #[command(flatten)]

@@ -57,7 +57,7 @@ fn meant(error: &clap::Error) -> Option<String> {
         ContextValue::Strings(words) => words.last()?,
         _ => return None,
     };
-    Some(format!("did you mean '{word}'?"))
+    Some(format!("the nearest is '{word}'"))
 }
 
 /// Where to look: the help of the verb that was asked for, and what stands in for a machine that was not named.
@@ -102,7 +102,7 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
 pub(in crate::cli) fn in_flags(error: &Error) -> String {
     match error {
         Error::Input(InputError::Setting(BadSetting::SeveralParts { count })) => format!(
-            "--landscape and --view show one part, and the model has {count}; choose one with --part N, or treat all as one with --whole"
+            "--landscape and --view show one part, but the model has {count}; choose one with --part N, or pass --whole"
         ),
         Error::Input(InputError::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. })) => {
             format!(

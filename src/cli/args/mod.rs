@@ -131,18 +131,18 @@ pub(in crate::cli) struct ReadArgs {
 /// How models are set up before they are planned.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct ArrangeArgs {
-    /// More models for the same table; MODEL*3 for three of one
+    /// More models for the same table; MODEL*3 for three copies
     #[arg(value_name = "MODEL[*COUNT]", help_heading = None::<&'static str>)]
     pub(in crate::cli) more: Vec<PathBuf>,
-    /// Direction of the file that is up, or auto [default: as drawn]
+    /// Direction in the model that points up, or auto [default: as drawn]
     ///
-    /// auto: as `trunnion orient` recommends for printing whole, on supports
+    /// Three numbers in the model's coordinates; auto: as `trunnion orient` recommends for printing whole, on supports
     #[arg(help_heading = MODEL, long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(in crate::cli) up: Option<PoseChoice>,
     /// Stand the model on this part's largest face that has nothing below it
     #[arg(help_heading = MODEL, long, value_name = "PART", conflicts_with = "more", hide_short_help = true)]
     pub(in crate::cli) base: Option<usize>,
-    /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 disables both
+    /// Close gaps between parts up to this width, and remove overlaps between parts; 0 disables both
     #[arg(help_heading = MODEL, long, default_value_t = Arrangement::default().snap_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) snap: f64,
     /// Join parts that touch or overlap into one solid, which prepare may cut again
@@ -199,10 +199,10 @@ pub(in crate::cli) struct PlanArgs {
     /// Orientation search, any method of `trunnion orient` [default: a multistart of quick descents]
     #[arg(help_heading = PLANNING, long, value_name = "METHOD", hide_short_help = true)]
     pub(in crate::cli) method: Option<String>,
-    /// Maximum evaluations of that search for one part and objective [default: the method's own]
+    /// Maximum evaluations of the orientation search, per part and objective [default: depends on --method]
     #[arg(help_heading = PLANNING, long, value_name = "N", hide_short_help = true)]
     pub(in crate::cli) orient_budget: Option<usize>,
-    /// Slopes up to this angle from the vertical need no support (90: everything) [default: what the profile's lines and layers carry]
+    /// Slopes up to this angle from the vertical need no support (90: everything) [default: from the profile's line width and layer height]
     #[arg(help_heading = PLANNING, long, value_name = "DEG", hide_short_help = true)]
     pub(in crate::cli) overhang: Option<f64>,
     /// Allow a part this much overhang, or any amount without MM2; may be repeated
@@ -211,7 +211,7 @@ pub(in crate::cli) struct PlanArgs {
     /// Clearance of the head from parts it does not print on
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) margin: f64,
-    /// Parts in a slot: as many as possible, single where possible, or only single
+    /// Parts per time slot: as many as possible (together), preferably one (single) or exactly one (only-single)
     #[arg(help_heading = PLANNING, long, value_parser = ["together", "single", "only-single"], default_value = "together", hide_short_help = true)]
     pub(in crate::cli) slots: String,
     /// Allow parts on the table to wait for later slots
@@ -229,7 +229,7 @@ pub(in crate::cli) struct PlanArgs {
     /// Height of a denser roof on top of supports, rounded up to whole layers [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.roof_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof: f64,
-    /// Line spacing of that roof [default: two line widths]
+    /// Line spacing of the support roof [default: two line widths]
     #[arg(long, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof_pitch: Option<f64>,
     /// Brace support columns with an unbraced length above this [0: none]

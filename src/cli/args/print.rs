@@ -23,7 +23,7 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) machine: MachineArgs,
     /// Output G-code [default: MODEL.gcode]
     ///
-    /// Beside the model. Written only if verification finds nothing; without -o, files of other programs are not replaced.
+    /// The default is beside the model, and replaces no files of other programs. Written only if verification finds nothing.
     #[arg(short, long, value_name = "OUT.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
     #[command(flatten)]
@@ -46,9 +46,9 @@ pub(in crate::cli) struct Prepare {
     /// Open the preview page
     #[arg(long, requires = "preview", help_heading = OUTPUT, hide_short_help = true)]
     pub(in crate::cli) open: bool,
-    /// Write a cold rehearsal for the machine
+    /// Write G-code for a dry run, without heat or filament
     ///
-    /// It moves slowly to each pose and its outermost points, 20 mm above them, and stops at each pose.
+    /// On the machine it moves slowly to each pose and its outermost points, 20 mm above them, and stops at each pose.
     #[arg(long, value_name = "DRY.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) dry_run: Option<PathBuf>,
     /// Write a certificate of the output
@@ -164,7 +164,7 @@ pub(in crate::cli) struct Slice {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Rewrite {
-    /// Sliced files; each is one print (by its object label, by its name print-NN.., or by --print), or several one by one
+    /// Sliced files, each with one print (identified by its object label, its name print-NN.., or --print) or with several printed one after the other
     #[arg(required = true)]
     pub(in crate::cli) files: Vec<PathBuf>,
     /// The plan
@@ -189,7 +189,7 @@ pub(in crate::cli) struct Rewrite {
 pub(in crate::cli) struct Verify {
     /// The G-code file to verify
     pub(in crate::cli) gcode: PathBuf,
-    /// The plan that made it
+    /// Plan of the G-code file
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: PathBuf,
     #[command(flatten)]
@@ -203,10 +203,10 @@ pub(in crate::cli) struct Verify {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Preview {
-    /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
+    /// G-code file to show, or a model to plan first; omit it to show only the plan
     #[arg(required_unless_present_any = ["plan", "compare"])]
     pub(in crate::cli) file: Option<PathBuf>,
-    /// The plan that made it
+    /// Plan of the G-code file
     #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"],
         conflicts_with_all = ["ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) plan: Option<PathBuf>,

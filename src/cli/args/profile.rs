@@ -99,7 +99,7 @@ pub(in crate::cli) struct Calibrate {
     /// Output profile, which extends the given one [default: its keys on stdout]
     #[arg(short, long, conflicts_with = "poses")]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// Write axes that are off by more than this, in mm on or over the table; refuse a surface that is less level
+    /// Axis errors up to this (on or over the table) are not written; a table surface farther from level or flat is refused
     #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
     pub(in crate::cli) tolerance: f64,
     /// Keep the profile's axis directions; fewer touches are needed
@@ -108,13 +108,13 @@ pub(in crate::cli) struct Calibrate {
     /// Choose the touches to make, and write a file to fill in
     #[arg(long, value_name = "FILE.toml", conflicts_with = "touches")]
     pub(in crate::cli) poses: Option<PathBuf>,
-    /// With --poses: G-code that visits each, cold and slowly, and stops there
+    /// With --poses: G-code that moves slowly to each pose, without heating, and stops there
     #[arg(long, value_name = "FILE.gcode", requires = "poses")]
     pub(in crate::cli) gcode: Option<PathBuf>,
     /// With --poses: how well one touch repeats (standard deviation)
     #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", requires = "poses")]
     pub(in crate::cli) repeats_to: f64,
-    /// With --poses: the same of X and Y where the tip is set over a mark by eye, for example 0.15 [default: no more than that]
+    /// With --poses: standard deviation of X and Y where the tip is aligned with a mark by eye, for example 0.15 [default: --repeats-to]
     #[arg(long, value_name = "MM", requires = "poses")]
     pub(in crate::cli) by_eye: Option<f64>,
     /// With --poses: maximum number of touches

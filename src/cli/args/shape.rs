@@ -50,13 +50,13 @@ pub(in crate::cli) struct Orient {
     /// Surfaces up to this angle from the vertical need no support
     #[arg(long, default_value_t = 45.0, value_name = "DEG")]
     pub(in crate::cli) overhang: f64,
-    /// Layer height of printable, staircase and alexander [default: the machine's, else 0.2]
+    /// Layer height for the objectives printable, staircase and alexander [default: the profile's, else 0.2]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) layer: Option<f64>,
-    /// Price with this machine's process: a shipped profile's name, or a TOML file
+    /// Machine whose process settings are used for print time and filament: a shipped profile's name, or a TOML file
     #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
     pub(in crate::cli) profile: Option<String>,
-    /// Price this pose too: the direction of the file that is up while printing, as 0,0,1
+    /// Also rate this pose: the direction in the model's coordinates that points up, for example 0,0,1
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) up: Option<ThreeNumbers>,
     /// Column width for measuring support volumes [default: 0.5, for parts above 100 mm a 200th of their length]
@@ -87,7 +87,7 @@ pub(in crate::cli) struct Split {
     pub(in crate::cli) model: ModelArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// Direction of the file that is up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts come out so turned
+    /// Direction in the model's coordinates that points up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts are written in that orientation
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "no_cut")]
     pub(in crate::cli) up: Option<PoseChoice>,
     /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
@@ -101,19 +101,19 @@ pub(in crate::cli) struct Split {
     /// Clearance of the head from parts it does not print on
     #[arg(long, default_value_t = SplitOptions::default().margin_mm, value_name = "MM")]
     pub(in crate::cli) margin: f64,
-    /// Most cuts
+    /// Maximum number of cuts
     #[arg(long, default_value_t = SplitOptions::default().max_cuts, value_name = "N")]
     pub(in crate::cli) max_cuts: usize,
-    /// Most cuts that are tried; then the search ends
+    /// Maximum number of cuts to try
     #[arg(long, default_value_t = SplitOptions::default().tries, value_name = "N")]
     pub(in crate::cli) budget: u64,
     /// Area that may still need support at the end; 0.5 mm2 a part is ignored as rounding
     #[arg(long, default_value_t = SplitOptions::default().allow_mm2, value_name = "MM2")]
     pub(in crate::cli) allow: f64,
-    /// Cut off everything beyond each plane, so that the head never passes the rest
+    /// Cut off everything beyond each plane, so that the head never has to pass the remaining part
     #[arg(long)]
     pub(in crate::cli) strict: bool,
-    /// A box without seams, in the file's coordinates; may be repeated
+    /// Box that no cut may cross, in the file's coordinates; may be repeated
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) no_cut: Vec<String>,
     /// Height of a pedestal below the model [default: none; 10, 20 and 40 if nothing else helps]
@@ -127,7 +127,7 @@ pub(in crate::cli) struct Split {
 #[derive(ClapArgs)]
 #[command(group = clap::ArgGroup::new("room").required(true).args(["space", "profile"]))]
 pub(in crate::cli) struct Pack {
-    /// Models; MODEL*3 for three of one
+    /// Models; MODEL*3 for three copies
     #[arg(value_name = "MODEL[*COUNT]", required_unless_present = "boxes", conflicts_with = "boxes")]
     pub(in crate::cli) models: Vec<PathBuf>,
     /// Boxes instead of models: a text file with one `width depth height [count [value]]` a line, in mm
@@ -181,7 +181,7 @@ pub(in crate::cli) struct Pack {
 pub(in crate::cli) struct Support {
     #[command(flatten)]
     pub(in crate::cli) model: ModelArgs,
-    /// The supports (.stl), or the model as it stands with its supports (.3mf)
+    /// Output: the supports alone (.stl), or the oriented model with its supports (.3mf)
     #[arg(short, long, value_name = "SUPPORTS.stl|.3mf")]
     pub(in crate::cli) output: Option<PathBuf>,
     /// A picture of the model with its supports
@@ -196,16 +196,16 @@ pub(in crate::cli) struct Support {
     /// Distance between columns, and height of a level
     #[arg(long, default_value_t = SupportOptions::default().step_mm, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) step: f64,
-    /// Space from the origin for the model and its supports [default: the model's box and five steps around it]
+    /// Space from the origin for the model and its supports [default: the model's bounding box, extended by five --step sideways and one upward]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) space: Option<ThreeNumbers>,
     /// Overhangs up to this angle from the vertical need no support
     #[arg(long, default_value_t = SupportOptions::default().overhang_deg, value_name = "DEG")]
     pub(in crate::cli) overhang: f64,
-    /// Columns that may join in one piece of support
+    /// Maximum number of columns that may merge into one
     #[arg(long, default_value_t = SupportOptions::default().capacity, value_name = "N")]
     pub(in crate::cli) capacity: u16,
-    /// Columns that may pass one node [default: as many as its pieces carry]
+    /// Maximum number of columns through one node [default: as many as its arcs carry]
     #[arg(long, value_name = "N")]
     pub(in crate::cli) node_capacity: Option<u16>,
     /// auto (least material), min-cost (straightest, exact), push-relabel (fastest) or shortest-paths
@@ -220,13 +220,13 @@ pub(in crate::cli) struct Support {
     /// Gap between the supports and the model
     #[arg(long, default_value_t = SupportOptions::default().gap_mm, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) gap: f64,
-    /// Height of a roof of bars on top, up to a step [0: none]
+    /// Height of a roof of bars on top of the supports, at most --step [0: none]
     #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) roof: f64,
     /// Spacing of the roof's bars [default: twice the wall]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) roof_pitch: Option<f64>,
-    /// Brace columns with an unbraced length above this, at least two steps [0: none]
+    /// Brace columns with an unbraced length above this (at least twice --step) [0: none]
     #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) brace: f64,
     /// Seed of the random methods
