@@ -380,7 +380,7 @@ impl Reader<'_> {
             None => {
                 let near = nearest(&touch.of, names()).map_or("table", |(_, name)| name);
                 let known: Vec<&str> = names().collect();
-                let why = format!("of = {:?} is not one of {}; did you mean {near:?}?", touch.of, known.join(", "));
+                let why = format!("of = {:?} is not one of {}; the nearest is {near:?}", touch.of, known.join(", "));
                 return Err(self.wrong(spec, why));
             }
         };

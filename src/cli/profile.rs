@@ -48,8 +48,7 @@ fn new(args: &New, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs(given.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
     let mut request = NewProfile { name: args.name.clone(), base: args.like.as_str().into(), answers: given.told() };
     if asks(given, console) {
-        let shown =
-            |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in {}", args.like));
+        let shown = |key: &str, question: &str| console.note(&text::question(key, question, Some(&args.like)));
         request.ask(std::io::stdin().lock(), shown, &world)?;
     }
     let made = job::new_profile(&request, &world)?;
@@ -69,7 +68,8 @@ fn import(args: &Import, console: &Console) -> Result<(), Failure> {
     let (name, like) = (args.name.clone().or_else(stem), like.map(Into::into));
     let mut request = ImportProfile { files, name, like, answers: given.told() };
     if asks(given, console) {
-        let shown = |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in --like"));
+        let base = |key: &str| (!job::REQUIRED_KEYS.contains(&key)).then_some("the base profile");
+        let shown = |key: &str, question: &str| console.note(&text::question(key, question, base(key)));
         request.ask(std::io::stdin().lock(), shown, &world)?;
     }
     let made = job::import_profile(&request, &world)?;

@@ -169,7 +169,7 @@ pub(super) fn supporting(word: &str, plan: &PlanArgs) -> Result<Supporting, Fail
         None if word == "never" => Ok(Supporting::Never),
         None => Ok(Supporting::Auto),
         Some(name) => Err(Failure::Usage(format!(
-            "--{name} shapes supports, but --supports never makes none; use --supports auto"
+            "--{name} shapes supports, but --supports never disables them; use --supports auto"
         ))),
     }
 }

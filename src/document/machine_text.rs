@@ -16,7 +16,7 @@ pub fn checked(machine: &CheckedProfile) -> String {
     let mut out = format!("{}: {fine}\n\n", machine.machine.name);
     for at in &machine.tilts {
         let [x, y, z] = at.centre_mm.map(|mm| round_to(mm, 2) + 0.0);
-        let beyond = if at.within { "" } else { ", which is beyond the axes" };
+        let beyond = if at.within { "" } else { ", which is beyond the axis limits" };
         let _ = writeln!(
             out,
             "{letter}{:.2}: the middle of the table moves to X {x} Y {y} Z {z}{beyond}, its highest point to Z {:.1}; the tip may go {:.1} mm \
@@ -30,20 +30,20 @@ pub fn checked(machine: &CheckedProfile) -> String {
     let [wide, high] = machine.largest_level_mm;
     let _ = writeln!(out, "\nlargest object on the level table: {wide:.1} mm across, {high:.1} mm high");
     let _ = match machine.largest_any_mm {
-        mm if mm < 1.0 => writeln!(out, "no object in the middle of the table stays within the axes at every tilt"),
-        mm => writeln!(out, "largest object within the axes at every tilt: {mm:.1} mm across and as high"),
+        mm if mm < 1.0 => {
+            writeln!(out, "no object in the middle of the table stays within the axis limits at every tilt")
+        }
+        mm => {
+            writeln!(out, "largest object within the axis limits at every tilt: {mm:.1} mm across and {mm:.1} mm high")
+        }
     };
     let top = profile.limits.z_mm[1];
     let room = top - machine.sweeps_to_mm;
     let _ = writeln!(
         out,
-        "while it turns, the bare table sweeps up to Z {:.1}; the tip goes {} (Z {top})",
+        "while the table turns, the bare table sweeps up to Z {:.1}; the tip's highest position (Z {top}) is {}",
         machine.sweeps_to_mm,
-        if room >= 0.0 {
-            format!("{room:.1} mm above that")
-        } else {
-            format!("no higher than {:.1} mm below that", -room)
-        }
+        if room >= 0.0 { format!("{room:.1} mm above that") } else { format!("{:.1} mm below that", -room) }
     );
     if machine.axes_off_deg != [0.0; 2] {
         let ([tilt, rotation], k) = (machine.axes_off_deg, &profile.kinematics);
@@ -82,7 +82,7 @@ pub fn calibrated(result: &CalibrateResult) -> String {
     if !result.touches.empty.is_empty() {
         let _ = write!(out, ", {} without at_mm ignored", result.touches.empty.len());
     }
-    let _ = writeln!(out, "; {} more numbers than unknowns", fit.freedom);
+    let _ = writeln!(out, "; {} degrees of freedom", fit.freedom);
     let _ = writeln!(out, "\n{:54} differs from {} by      known to (95 %)", "", result.machine.name);
     for e in &fit.estimates {
         let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
@@ -108,18 +108,21 @@ pub fn calibrated(result: &CalibrateResult) -> String {
                 result.machine.name
             ),
         };
-        let _ = writeln!(out, "the table's rim is {:.3} mm from level at the zeros", bend.surface_mm);
+        let _ =
+            writeln!(out, "with both rotary axes at zero, the table's rim is {:.3} mm out of level", bend.surface_mm);
     }
     let _ = match fit.sag {
         Some(sag) => {
-            writeln!(out, "the table's rim is {:+.3} mm (+- {:.3}) lower than its middle", sag.mm, sag.error_mm)
+            let side = if sag.mm < 0.0 { "higher" } else { "lower" };
+            let (mm, error) = (sag.mm.abs(), sag.error_mm);
+            writeln!(out, "the table's rim is {mm:.3} mm (+- {error:.3}) {side} than its middle")
         }
-        None => writeln!(out, "whether the table sags is not known: no touch near its middle"),
+        None => writeln!(out, "whether the table sags is unknown: no touch near its middle"),
     };
     for (name, [x, y, z]) in &fit.places {
         let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
     }
-    let _ = writeln!(out, "\none number scatters by {:.4} mm; the largest deviations:", fit.rms_mm);
+    let _ = writeln!(out, "\nRMS deviation {:.4} mm; the largest deviations:", fit.rms_mm);
     let mut worst: Vec<_> = fit.deviations.iter().collect();
     worst.sort_by(|a, b| b.off_mm.abs().total_cmp(&a.off_mm.abs()));
     for d in worst.iter().take(5) {
@@ -139,12 +142,13 @@ pub fn poses(result: &PosesResult) -> String {
             "{name}: level the table, turn the rotation to zero, and draw a small cross near X{x} Y{y} (table coordinates)"
         );
     }
-    let wanted = if result.choice.enough {
-        "they determine"
-    } else {
-        "these are as many as were asked for (--most), or as the head reaches; they determine"
-    };
-    let _ = writeln!(out, "{wanted}, if touches repeat as stated (standard errors):");
+    if !result.choice.enough {
+        out.push_str(
+            "more touches are needed for the accuracy aimed at, but --most or the head's reach does not allow them\n",
+        );
+    }
+    let mm = result.repeats_to_mm;
+    let _ = writeln!(out, "expected standard errors, for touches that repeat to {mm} mm (--repeats-to):");
     for (name, error, angle) in &result.choice.errors {
         let _ = writeln!(out, "  {name:54} {error:.4} {}", if *angle { "deg" } else { "mm" });
     }
@@ -159,5 +163,5 @@ pub fn cold(run: &DryRun) -> String {
         lines => format!("; omitted start-code lines: {}", lines.join(", ")),
     };
     let (poses, places) = (counted(run.poses.len(), "pose"), counted(places, "place"));
-    format!("cold: {poses} with a stop at each, {places} approached from 20 mm above{left_out}")
+    format!("dry run: {poses} with a stop at each, {places} approached to 20 mm above{left_out}")
 }

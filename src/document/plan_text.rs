@@ -52,7 +52,7 @@ pub fn planned(made: &PlanResult) -> String {
         let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
         let _ = writeln!(
             out,
-            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer: {}, {by_layer:.0} min",
+            "slot {}: printed pose by pose, {} and {minutes:.1} min; layer by layer, {} and {by_layer:.0} min",
             w.slot,
             counted(w.turns, "turn"),
             counted(w.turns_layer_by_layer, "turn")
@@ -104,10 +104,11 @@ pub fn ways(tried: &[TriedWay]) -> String {
     if let (Some(taken), false) = (taken, cheaper.is_empty()) {
         let _ = writeln!(
             out,
-            "{} is taken although {} costs less: another pose or a cut has to save {:.0} %; --way takes it",
+            "{} is chosen although {} costs less, because another pose or a cut must save at least {:.0} %; to choose it, pass --way {}",
             taken.way.word(),
             cheaper.join(" or "),
-            100.0 * (1.0 - WISH)
+            100.0 * (1.0 - WISH),
+            cheaper.join(" or --way ")
         );
     }
     out
@@ -155,7 +156,9 @@ fn shown(value: f64) -> String {
 pub fn moved(made: &PlanResult) -> Option<String> {
     let placement = &made.plan.plan.placement;
     let [x, y, _] = placement.origin_mm;
-    made.moved.then(|| format!("moved to {x} {y} mm, turned {} deg: there the axes reach it", placement.turn_deg))
+    made.moved.then(|| {
+        format!("moved the model to X {x} Y {y} mm and turned it {} deg, so that the axes reach it", placement.turn_deg)
+    })
 }
 
 /// What the search looked at.
@@ -169,7 +172,7 @@ pub fn no_plan(no: &NoPlan) -> String {
     let mut out = String::new();
     let hindrances = no.hindrances();
     if no.reasons().1 && !hindrances.is_empty() {
-        let _ = writeln!(out, "reasons, all needed to rule a plan out:");
+        let _ = writeln!(out, "no plan, for these reasons together (removing any one of them would allow a plan):");
     }
     let mut last = None;
     for Hindrance { part, orientations, nearest } in hindrances {
@@ -178,9 +181,14 @@ pub fn no_plan(no: &NoPlan) -> String {
         }
         let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
         let by = &nearest.blocked_by;
-        let what = by.parse::<usize>().map_or_else(|_| by.clone(), |other| format!("part {other}"));
-        let text = &nearest.text;
-        let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
+        let what = match by.as_str() {
+            "support" => "unsupported overhangs".to_owned(),
+            "limits" => "the axis limits".to_owned(),
+            by if by.parse::<usize>().is_ok() => format!("part {by}"),
+            by => format!("the {by}"),
+        };
+        let (count, text) = (counted(orientations, "orientation"), &nearest.text);
+        let _ = writeln!(out, "    blocked by {what}: {count}; nearest miss, with ({x:.3}, {y:.3}, {z:.3}) up: {text}");
     }
     let others = no.ways.iter().filter(|tried| tried.way != Way::AsDrawn);
     others.for_each(|tried| tried.why_not.iter().for_each(|why| _ = writeln!(out, "{}: {why}", tried.way.word())));

@@ -88,15 +88,16 @@ fn pose_of(role: PoseRole) -> &'static str {
 fn standing(pose: &Priced) -> String {
     let (area, tipping) = (pose.footprint_mm2, pose.tipping_deg);
     if pose.stands {
-        return format!(
-            "it stands by itself: {area:.1} mm2 in the first layer, and it tips over only beyond {tipping:.1} degrees"
-        );
+        return format!("it stands by itself: {area:.1} mm2 of first layer, stable up to a tilt of {tipping:.1} deg");
     }
-    let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("tips over beyond {tipping:.1} degrees") };
-    let held =
-        if pose.support_mm3 > 0.0 { format!(", beyond {:.1} with its supports", pose.held_deg) } else { String::new() };
+    let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("tips over beyond {tipping:.1} deg") };
+    let held = if pose.support_mm3 > 0.0 {
+        format!(", with its supports beyond {:.1} deg", pose.held_deg)
+    } else {
+        String::new()
+    };
     format!(
-        "it does not stand safely by itself: {area:.1} mm2 in the first layer, and it {why}{held}; a brim (process.brim_mm) holds it"
+        "it does not stand safely by itself: it {why}{held} ({area:.1} mm2 of first layer); a brim (process.brim_mm) may help"
     )
 }
 
@@ -132,7 +133,7 @@ fn against(name: &str, best: &Priced, other: &Priced) -> String {
         );
     }
     if more < 0.0 {
-        return format!("{name} would cost {:.1} min less, but is excluded", -more);
+        return format!("{name} would cost {:.1} min less, but has too little bed contact (--contact-area-min)", -more);
     }
     format!("{name} would cost {more:.1} min more: {most:.1} min {of}")
 }

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::{At, EndedPrint, Figures, Rehearsal, Sending};
+use crate::spelling::counted;
 
 /// How a sentence is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +30,7 @@ pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, S
             let waits = |what: &str| format!("{what}, which the printer waits for");
             let first = waits_for.map_or("moves in progress".to_owned(), waits);
             let stop = print.map_or("Ctrl-C again is an emergency stop".to_owned(), |print| {
-                format!("s {} is its emergency stop, Ctrl-C twice that of all", print + 1)
+                format!("emergency stop: s {} (this print), Ctrl-C twice (all prints)", print + 1)
             });
             (Tone::Note, format!("pausing after {first}; {stop}"))
         }
@@ -66,10 +67,10 @@ pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, S
 /// What can be done about a print that is paused, by whoever can type; `print` of several, from 0.
 pub fn paused(print: Option<usize>) -> String {
     let Some(n) = print.map(|print| print + 1) else {
-        return "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop".to_owned();
+        return "paused above the part: Enter (continue), c and Enter (cancel), Ctrl-C (emergency stop)".to_owned();
     };
     format!(
-        "paused above the part: {n} continues it, c {n} cancels it, s {n} is its emergency stop; Enter continues all, Ctrl-C twice stops all"
+        "paused above the part: {n} (continue), c {n} (cancel), s {n} (emergency stop); all prints: Enter (continue), Ctrl-C twice (emergency stop)"
     )
 }
 
@@ -115,18 +116,21 @@ fn status(f: &Figures, at: At) -> String {
 /// What a rehearsal came to.
 pub fn rehearsal(done: &Rehearsal) -> String {
     format!(
-        "rehearsal: {} lines in {:.0} min with homing and heating ({:.0} min without); {} targets beyond an axis",
+        "rehearsal: {} lines in {:.0} min with homing and heating ({:.0} min without); {} beyond an axis limit",
         done.lines,
         done.seconds / 60.0,
         done.seconds_print / 60.0,
-        done.clamped
+        counted(done.clamped as usize, "target")
     )
 }
 
 /// What a rehearsed printer would not have done; `None` where it did all.
 pub fn undone(done: &Rehearsal) -> Option<String> {
     if done.clamped > 0 {
-        return Some(format!("{} targets are beyond an axis of the profile", done.clamped));
+        return Some(format!(
+            "the file has {} beyond an axis limit of the profile",
+            counted(done.clamped as usize, "target")
+        ));
     }
     let first = done.troubles.first()?;
     let more = done.troubles.len() - 1;

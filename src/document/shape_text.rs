@@ -20,9 +20,11 @@ pub fn packed(done: &PackResult) -> String {
     let pieces: usize = done.plates.iter().map(|plate| plate.pieces.len()).sum();
     let _ = match done.goal {
         PackGoal::Runs => {
-            writeln!(out, "{pieces} pieces in {} (at least {})", counted(done.plates.len(), "run"), done.bound)
+            writeln!(out, "{pieces} pieces in {} (lower bound: {})", counted(done.plates.len(), "run"), done.bound)
         }
-        PackGoal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", done.value, done.bound),
+        PackGoal::Filling => {
+            writeln!(out, "{pieces} pieces with a total value of {:.3} (upper bound: {:.3})", done.value, done.bound)
+        }
     };
     for (name, count) in &done.left_out {
         let _ = writeln!(out, "left out: {count} of {name}");
@@ -41,12 +43,12 @@ pub fn supported(done: &SupportResult) -> String {
     let [nx, ny, nz] = done.graph.grid.size;
     let _ = writeln!(
         out,
-        "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares need support, {} can be feet",
+        "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} cells need support, {} can stand on the ground",
         count.nodes, count.arcs, count.red, count.green
     );
     let _ = writeln!(
         out,
-        "{}: cost {} (at least {}), {} arcs used (at least {}), {:.0} mm, {} over capacity, planned in {:.2} s",
+        "{}: cost {} (lower bound: {}), {} arcs used (lower bound: {}), total length {:.0} mm, {} over capacity, planned in {:.2} s",
         done.method,
         tally.cost,
         planned.lower_bound,

@@ -129,8 +129,9 @@ fn joints(report: &Report) -> Option<String> {
 /// The surface of two parts that is filled least, in a sentence.
 fn bonds(report: &Report) -> Option<String> {
     let InterfaceFill { parts: [a, b], area_mm2, share, .. } = report.interfaces.first()?;
-    let least = if report.interfaces.len() > 1 { ", the least filled interface" } else { "" };
-    Some(format!("parts {a} and {b} share {area_mm2:.0} mm2, {:.0} % filled from both sides{least}", share * 100.0))
+    let which = if report.interfaces.len() > 1 { "least filled interface" } else { "interface" };
+    let filled = share * 100.0;
+    Some(format!("the {which} (parts {a} and {b}, {area_mm2:.0} mm2) is {filled:.0} % filled from both sides"))
 }
 
 /// What the table has to do, in a sentence; `None` where it never turns between lines.
@@ -245,9 +246,9 @@ fn recommended(result: &Oriented, made: &Recommendation, process: &Process, out:
     let gap = 100.0 * (1.0 - made.at_least_min / made.recommended.price_min);
     let _ = writeln!(
         out,
-        "    proved: no pose costs less than {:.1} min (the part alone at the least height), {gap:.1} % below the recommended one{}",
+        "    lower bound: no pose costs less than {:.1} min (the part without supports, at the least height), {gap:.1} % below the recommended one{}",
         made.at_least_min,
-        if result.is_proved() { "" } else { "; not proved to be the best" }
+        if result.is_proved() { "" } else { ", which is not proved to be the best" }
     );
 }
 
@@ -286,8 +287,10 @@ pub fn published(done: &PublishResult) -> String {
     let PublishResult { to, name, bytes, sha256, delivered, stated, .. } = done;
     let how = if delivered.uploads == 0 { "was there already" } else { "uploaded" };
     let started = if delivered.started { "; its print has started" } else { "" };
-    let mut out =
-        format!("{}: {name} {how}, {bytes} bytes, the same as here (sha256 {sha256:.12}..){started}\n", to.kind);
+    let mut out = format!(
+        "{}: {name} {how}, {bytes} bytes, identical to the local file (sha256 {sha256:.12}..){started}\n",
+        to.kind
+    );
     for (who, figures) in [("stated", stated), ("shown there", &delivered.shown)] {
         let UploadFigures { seconds, filament_mm, layers } = figures;
         let known = [
@@ -344,13 +347,19 @@ pub fn batch_failed(done: &BatchResult) -> String {
     )
 }
 
+/// What is asked at a terminal about a key of a profile, and what Enter does: it takes the value of `base`, or is no answer.
+pub fn question(key: &str, text: &str, base: Option<&str>) -> String {
+    let enter = base.map_or("an answer is required".to_owned(), |base| format!("Enter: as in {base}"));
+    format!("{text} ({key}); {enter}")
+}
+
 /// How many sequences there are.
 pub fn listed(done: &Listed) -> String {
     let Listed { count, complete, seconds, .. } = done;
     if *complete {
         format!("all {count} sequences, {seconds:.2} s")
     } else {
-        format!("{count} sequences, and more exist; raise --limit or --budget, {seconds:.2} s")
+        format!("{count} sequences in {seconds:.2} s, and more exist; raise --limit or --budget")
     }
 }
 

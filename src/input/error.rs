@@ -17,7 +17,7 @@ pub enum InputError {
     #[error(transparent)]
     File(#[from] FileError),
     /// No file of that name; its folder may have one that is called nearly so.
-    #[error("{file}: file not found{}", near.as_ref().map_or(String::new(), |near| format!("; did you mean {near}?")))]
+    #[error("{file}: file not found{}", near.as_ref().map_or(String::new(), |near| format!("; the nearest name is {near}")))]
     Absent {
         /// As asked for.
         file: String,
@@ -36,15 +36,13 @@ pub enum InputError {
     /// A setting that cannot be.
     #[error(transparent)]
     Setting(#[from] super::BadSetting),
-    /// Profiles that extend each other without end, or one in hand that names a file.
-    #[error("{file}: extends {named}; only files can extend files, at most {most} levels deep, and never themselves")]
+    /// Profiles that extend each other without end, more of them than may, or one in hand that names a file.
+    #[error("{file}: {why}")]
     Layers {
         /// The file.
         file: String,
-        /// What it extends.
-        named: String,
-        /// How many may be.
-        most: usize,
+        /// Which of them.
+        why: String,
     },
     /// A plan whose model is neither where it says nor beside it.
     #[error("{plan}: model {model} not found")]

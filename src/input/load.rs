@@ -249,9 +249,16 @@ fn own_layers(top: &Source, world: &World<'_>) -> Result<Vec<(String, String)>, 
             },
             Base::Defaults => break,
         };
-        let (Some(path), true) = (path, layers.len() < MOST_LAYERS) else {
-            return Err(InputError::Layers { file: file.clone(), named, most: MOST_LAYERS });
-        };
+        let wrong = |why: String| InputError::Layers { file: file.clone(), why };
+        let read = || wrong(format!("the profile was not read from a file, so it cannot extend the file {named}"));
+        let path = path.ok_or_else(read)?;
+        if layers.len() >= MOST_LAYERS {
+            let comes_back = layers[..layers.len() - 1].iter().any(|(_, earlier)| earlier == text);
+            return Err(wrong(match comes_back {
+                true => format!("extends itself through {named}; remove this extends"),
+                false => format!("more than {MOST_LAYERS} files extend each other; merge some of them"),
+            }));
+        }
         folder = path.parent().map(Path::to_owned);
         layers.push((path.to_string_lossy().into_owned(), Source::File(path).text(world)?));
     }

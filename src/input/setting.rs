@@ -11,7 +11,7 @@ use crate::spelling::part_named;
 #[strum(serialize_all = "kebab-case", prefix = "setting/")]
 pub enum BadSetting {
     /// A number out of its range.
-    #[error("{name} {value}{unit}: must be {}..{}", allowed[0], allowed[1])]
+    #[error("{name} must be between {} and {}{unit}, got {value}{unit}", allowed[0], allowed[1])]
     OutOfRange {
         /// The setting.
         name: &'static str,
@@ -71,7 +71,7 @@ pub enum BadSetting {
         model: String,
     },
     /// Several parts where the result is of one.
-    #[error("part: the model has {count} parts, and a picture shows one; choose one, or treat all as one (whole)")]
+    #[error("part: a picture shows one part, but the model has {count}; choose one with --part, or pass --whole")]
     SeveralParts {
         /// How many.
         count: usize,
@@ -85,7 +85,7 @@ pub enum BadSetting {
         given: [f64; 3],
     },
     /// A pose to be priced where nothing is.
-    #[error("up: only the objective printable prices a pose, and only compare shows one; choose one of them")]
+    #[error("up: needs --objective printable or --compare; add one of them, or remove --up")]
     OwnPose,
     /// No facet as large as asked for.
     #[error("contact-area-min {least} mm2: no orientation has that much bed contact; the largest is {most:.3} mm2")]
@@ -96,9 +96,7 @@ pub enum BadSetting {
         most: f64,
     },
     /// A model of several parts that is to stand as `orient` recommends.
-    #[error(
-        "up auto: {model} has {parts} parts, but auto needs a single part; give a direction (0,0,1) or a base part, or join the parts"
-    )]
+    #[error("up auto: {model} has {parts} parts, but auto needs a single part; use --up X,Y,Z, --base PART or --join")]
     SeveralToStand {
         /// The model.
         model: String,
@@ -106,11 +104,11 @@ pub enum BadSetting {
         parts: usize,
     },
     /// Boxes of the file's frame for a model that is turned.
-    #[error("no-cut: boxes use the file's coordinates and cannot be combined with up; rotate the model first")]
+    #[error("no-cut: boxes use the file's coordinates and cannot be combined with --up; rotate the model first")]
     TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
-        "base {part}: {who} has no flat face with everything else above it; give a direction with up",
+        "base {part}: {who} has no flat face with everything else above it; use --up X,Y,Z instead",
         who = part_named(*part, name)
     )]
     NoBase {
@@ -165,7 +163,7 @@ pub enum BadSetting {
         source: BadObjective,
     },
     /// An unknown method.
-    #[error("{name} {given} is unknown; did you mean {nearest}?")]
+    #[error("{name} {given} is unknown; the nearest is {nearest}")]
     Method {
         /// The setting.
         name: &'static str,

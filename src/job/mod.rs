@@ -80,8 +80,8 @@ pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Sh
 pub use error::Error;
 pub use machine::{
     Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, MachineError,
-    MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS, Tilted, calibrate, check_profile, dry_run,
-    import_profile, keep_profile, new_profile, poses,
+    MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS, REQUIRED_KEYS, Tilted, calibrate, check_profile,
+    dry_run, import_profile, keep_profile, new_profile, poses,
 };
 pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,

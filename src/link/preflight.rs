@@ -31,7 +31,7 @@ pub struct Abilities {
 #[strum(serialize_all = "kebab-case", prefix = "printer/")]
 pub enum Unfit {
     /// A target outside.
-    #[error("line {line}: {axis} {target} is beyond the machine's {low} .. {high}")]
+    #[error("line {line}: {axis} {target} is outside the machine's range, {low} to {high} {}", if "XYZ".contains(*axis) { "mm" } else { "deg" })]
     Beyond {
         /// Of the file.
         line: u32,

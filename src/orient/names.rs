@@ -70,7 +70,7 @@ impl Default for ObjectiveSettings {
 #[strum(serialize_all = "kebab-case", prefix = "objective/")]
 pub enum BadObjective {
     /// No objective has this name.
-    #[error("unknown objective `{name}`; did you mean {nearest}? (all: {})", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
+    #[error("unknown objective `{name}`; the nearest is {nearest} (all: {})", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
     Unknown {
         /// As given.
         name: String,
@@ -86,7 +86,7 @@ pub enum BadObjective {
         name: String,
     },
     /// Weights that say nothing.
-    #[error("the weights of `{text}` sum to 0 (allowed: any other sum); leave the objective with weight 0 out")]
+    #[error("the weights of `{text}` must not sum to 0; change one of them")]
     NoWeight {
         /// As given.
         text: String,

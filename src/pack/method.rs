@@ -60,7 +60,7 @@ pub enum Unpackable {
     #[error("box {0} does not fit in the space")]
     TooLarge(usize),
     /// More boxes than the solver takes.
-    #[error("{boxes} boxes are too many for the integer program (at most {MOST_BOXES})")]
+    #[error("{boxes} boxes are too many for the integer program (at most {MOST_BOXES}); use --method auto")]
     TooMany {
         /// Boxes.
         boxes: usize,
@@ -71,13 +71,13 @@ pub enum Unpackable {
     )]
     NoProgram,
     /// Tabu search fills no single run.
-    #[error("tabu search minimizes the number of runs, not the value in one")]
+    #[error("tabu search minimizes the number of runs, not the value in one; use --method auto")]
     NoFilling,
     /// A method for models only.
-    #[error("it packs the shapes of models, not boxes")]
+    #[error("it packs the shapes of models, not boxes; use --method auto")]
     OnlyModels,
     /// The annealing fills one run.
-    #[error("annealing packs models into one run; maximize the value in it (--fill volume)")]
+    #[error("annealing fills one run; pass --fill volume, or use --method auto")]
     OnlyFilling,
 }
 

@@ -99,9 +99,8 @@ pub enum Infeasible {
     },
     /// A plan whose print would not stay standing.
     #[error(
-        "{who} would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds with a \
-         safety factor of {factor:.2} (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the \
-         plate holds better",
+        "{who} would come off the table in slot {slot} (tilt {tilt_deg:.0} deg): adhesion safety factor {factor:.2} (minimum 1); enlarge the \
+         footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better",
         who = part_named(*part, name)
     )]
     Falls {

@@ -192,7 +192,9 @@ pub enum PlanError {
         actual: String,
     },
     /// Angles that do not turn the direction upright.
-    #[error("slot {slot}, part {part}: tilt {tilt_deg} and rotation {rotation_deg} do not turn {up:?} upright")]
+    #[error(
+        "slot {slot}, part {part}: tilt {tilt_deg} deg and rotation {rotation_deg} deg do not turn {up:?} upright; plan again"
+    )]
     Angles {
         /// The slot.
         slot: usize,
@@ -206,10 +208,10 @@ pub enum PlanError {
         up: [f64; 3],
     },
     /// Its list of parts is not the model's.
-    #[error("parts: the plan lists {listed}, by ids that must be 0 to {last} in order, but the model has {parts}; plan again", last = parts - 1)]
+    #[error("parts: must list the ids 0 to {last} in order (the model has {parts} parts), got {listed:?}; plan again", last = parts - 1)]
     PartList {
-        /// How many it lists.
-        listed: usize,
+        /// The ids that it lists.
+        listed: Vec<usize>,
         /// How many the model has.
         parts: usize,
     },
@@ -345,7 +347,7 @@ impl Plan {
     /// [`PlanError::PartList`], [`PlanError::NoSuchPart`], [`PlanError::Reach`], [`PlanError::Angles`] and [`PlanError::Count`].
     pub fn check(&self, table: &TableKinematics, parts: usize) -> Result<(), PlanError> {
         if self.parts.len() != parts || self.parts.iter().enumerate().any(|(id, part)| part.id != id) {
-            return Err(PlanError::PartList { listed: self.parts.len(), parts });
+            return Err(PlanError::PartList { listed: self.parts.iter().map(|part| part.id).collect(), parts });
         }
         let mut times = vec![0; parts];
         for (slot, print) in self.prints() {

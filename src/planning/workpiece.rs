@@ -43,7 +43,9 @@ pub enum Misplaced {
     },
     /// The placement leaves it in the air, or sinks it.
     #[error(
-        "the model's lowest point is {above_mm:.2} mm above the table (negative: below; allowed {STANDS_MM} mm either way); plan again"
+        "the model's lowest point is {:.2} mm {} the table (tolerance {STANDS_MM} mm); plan again",
+        above_mm.abs(),
+        if *above_mm < 0.0 { "below" } else { "above" }
     )]
     NotOnTable {
         /// How far.

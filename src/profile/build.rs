@@ -189,7 +189,7 @@ impl Profile {
         let firmware = &self.dialect.firmware;
         let known = Firmware::NAMES.map(|(name, _)| name).join(", ");
         let near = nearest(firmware, Firmware::NAMES.map(|(name, _)| name)).filter(|(edits, _)| *edits <= MOST_EDITS);
-        let meant = near.map_or_else(String::new, |(_, name)| format!("; did you mean {name}?"));
+        let meant = near.map_or_else(String::new, |(_, name)| format!("; the nearest is {name}"));
         let allowed = format!("one of {known}{meant}");
         check("dialect.firmware", Firmware::named(firmware).is_some(), firmware.clone(), &allowed)?;
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);

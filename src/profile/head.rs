@@ -268,7 +268,7 @@ pub fn measured(answers: &mut Table, like: &Profile) -> Result<(), HeadFault> {
     for key in &given {
         if !names.contains(&key.as_str()) {
             let near = nearest(key, names.into_iter().chain(own)).filter(|(edits, _)| *edits <= MOST_EDITS);
-            let meant = near.map_or_else(String::new, |(_, name)| format!("; did you mean \"head.{name}\"?"));
+            let meant = near.map_or_else(String::new, |(_, name)| format!("; the nearest is \"head.{name}\""));
             return wrong(&format!("head.{key}"), None, &format!("not a measure and not a key of a head{meant}"));
         }
     }

@@ -79,7 +79,7 @@ pub type Origin = BTreeMap<String, String>;
 #[strum(serialize_all = "kebab-case", prefix = "profile/")]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("{name:?} is not a shipped profile or a TOML file; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
+    #[error("{name:?} is not a shipped profile or a TOML file; {}shipped profiles: {}{}", nearest.as_ref().map(|n| format!("nearest: {n:?}; ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your profiles: {}", own.join(", ")) })]
     NoSuchProfile {
         /// The user's own.
         own: Vec<String>,
@@ -97,7 +97,7 @@ pub enum ProfileError {
         message: String,
     },
     /// A key that no version knows.
-    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac lists all keys".to_owned(), |n| format!("; did you mean {n:?}?")))]
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac lists all keys".to_owned(), |n| format!("; the nearest is {n:?}")))]
     UnknownKey {
         /// `file:line`.
         place: String,

@@ -114,7 +114,7 @@ pub enum BadInput {
     },
     /// A name that a server would change.
     #[error(
-        "name: {name:?} {why}; use up to 80 of ASCII letters, digits, '.', '_' and '-', ending in .gcode, .gco or .g; pass another with --name"
+        "name: {name:?} {why}; pass --name with at most 80 ASCII letters, digits, '.', '_' or '-', ending in .gcode, .gco or .g"
     )]
     Name {
         /// The name.

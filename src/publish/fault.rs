@@ -143,7 +143,7 @@ pub enum ServerFault {
     },
     /// A start whose result is unknown.
     #[error(
-        "the file is there, but the answer to its start was lost, and no print is reported; check the printer before you start it again"
+        "the file was uploaded, but the reply to the start command was lost; check the printer before starting again"
     )]
     Unclear,
     /// Not what was sent.

@@ -21,7 +21,7 @@ pub enum SliceError {
         name: String,
     },
     /// The lowest point of the mesh is not at z = 0.
-    #[error("the lowest point of `{name}` is at z = {z_mm:.4} mm, allowed is 0 +- 0.001 mm; move it down onto z = 0")]
+    #[error("the lowest point of `{name}` must be at z = 0 (+-0.001 mm), got {z_mm:.4} mm; move the model to z = 0")]
     NotGrounded {
         /// The job's name.
         name: String,
@@ -30,8 +30,8 @@ pub enum SliceError {
     },
     /// The mesh does not lie wholly on the bed.
     #[error(
-        "`{name}` reaches from ({:.3}, {:.3}) to ({:.3}, {:.3}) mm, allowed is (0, 0) to ({:.3}, {:.3}) mm; \
-         centre it on the bed or give a larger bed", .min[0], .min[1], .max[0], .max[1], .bed[0], .bed[1]
+        "`{name}` reaches from ({:.3}, {:.3}) to ({:.3}, {:.3}) mm, outside the bed, (0, 0) to ({:.3}, {:.3}) mm; \
+         centre it on the bed, or use a larger bed", .min[0], .min[1], .max[0], .max[1], .bed[0], .bed[1]
     )]
     OffBed {
         /// The job's name.
@@ -45,7 +45,7 @@ pub enum SliceError {
     },
     /// The part is lower than half a layer.
     #[error(
-        "`{name}` is {height_mm:.4} mm high, allowed is at least half a layer = {half_layer_mm:.4} mm; \
+        "`{name}` must be at least half a layer high ({half_layer_mm:.4} mm), got {height_mm:.4} mm; \
          choose a smaller layer height or another orientation"
     )]
     TooThin {
@@ -68,7 +68,7 @@ pub enum SliceError {
         name: String,
     },
     /// Too much of the part is too narrow to print.
-    #[error("`{name}`: {left}; at most {} % may be missing; {KEEPS}", .most * 100.0)]
+    #[error("`{name}`: {left} (at most {} % may be missing); {KEEPS}", .most * 100.0)]
     LeftOut {
         /// The job's name.
         name: String,
@@ -79,8 +79,7 @@ pub enum SliceError {
     },
     /// A layer that is too narrow to print between two that are not.
     #[error(
-        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {} would be missing there, and what is above would be printed in mid-air; \
-         {KEEPS}",
+        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}, so {} cannot be printed; {KEEPS}",
         counted(*.layers, "layer")
     )]
     LayerLeftOut {
@@ -102,7 +101,7 @@ pub enum SliceError {
         looked_for: Vec<String>,
     },
     /// An unknown slicer.
-    #[error("{given:?} is not a slicer; did you mean {nearest}? ({known}, or the path of one)")]
+    #[error("{given:?} is not a slicer; the nearest is {nearest} (use {known}, or the path of one)")]
     UnknownSlicer {
         /// The word.
         given: String,

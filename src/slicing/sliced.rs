@@ -162,7 +162,7 @@ impl fmt::Display for Flaw {
 }
 
 /// What helps against things that are too narrow.
-pub(super) const KEEPS: &str = "a thinner nozzle or a larger scale would print them, another slicer may";
+pub(super) const KEEPS: &str = "use a thinner nozzle, a larger scale or another slicer";
 
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -50,7 +50,7 @@ impl CutModel {
         let solids: usize = self.solids.iter().map(|solid| solid.parts.len()).sum();
         let which = if solids > 1 { format!("{} ", counted(solids, "solid")) } else { String::new() };
         format!(
-            "{which}cut by {} into {}: {}, seams {seams:.1} mm2, about {:.0} min; as it is: {}",
+            "{which}cut by {} into {} ({}, seams {seams:.1} mm2, about {:.0} min); uncut: {}",
             counted(of_all(|split| split.cuts.len()), "plane"),
             counted(of_all(|split| split.parts.len()), "part"),
             counted(self.solids.iter().map(|solid| solid.split.split.setups()).max().unwrap_or(0), "setup"),

@@ -69,7 +69,7 @@ pub enum Refused {
         poses: usize,
     },
     /// A way that was skipped, since it cannot save enough.
-    #[error("at least {least_min:.0} min: it has to save {:.0} %", 100.0 * (1.0 - WISH))]
+    #[error("it would cost at least {least_min:.0} min; another pose or a cut must save {:.0} %", 100.0 * (1.0 - WISH))]
     Dearer {
         /// What it costs at least, minutes.
         least_min: f64,
@@ -113,7 +113,7 @@ pub enum Refused {
         bare_mm2: f64,
     },
     /// Supports that the axes do not reach.
-    #[error("its supports are beyond the axes: {0}")]
+    #[error("its supports exceed the axis limits: {0}")]
     Axes(String),
     /// Supports beside the table.
     #[error("its supports would stand {mm:.1} mm beyond the table")]

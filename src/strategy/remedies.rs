@@ -85,5 +85,5 @@ pub(super) fn turned_over(
         set.and_then(plan).is_ok()
     })?;
     let [x, y, z] = up.map(|v| (v * 1e4).round() / 1e4 + 0.0);
-    Some(Remedy { kind: "up", amount: 0.0, text: format!("turned over it can be printed: --up {x},{y},{z}") })
+    Some(Remedy { kind: "up", amount: 0.0, text: format!("another orientation can be printed: --up {x},{y},{z}") })
 }

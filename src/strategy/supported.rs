@@ -67,12 +67,13 @@ impl HeldModel {
         };
         let free = |held: &HeldPart| {
             let free_mm = held.longest_free_mm;
-            held.supports.brace_mm.filter(|most| free_mm > most + SAME_MM).map(|most| {
-                format!(", part {} with a column that stands free over {free_mm:.1} mm (--brace {most})", held.part)
-            })
+            held.supports
+                .brace_mm
+                .filter(|most| free_mm > most + SAME_MM)
+                .map(|most| format!("; part {} has a column unbraced over {free_mm:.1} mm (--brace {most})", held.part))
         };
         format!(
-            "{which}on supports of {:.0} mm3, {:.0} min of about {:.0} min{}; as it is: {}",
+            "{which}printed on supports ({:.0} mm3, {:.0} of {:.0} min){}; without supports: {}",
             self.volume_mm3(),
             self.seconds() / 60.0,
             seconds / 60.0,

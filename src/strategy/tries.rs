@@ -565,6 +565,6 @@ fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Opti
     let done = planned_somehow(&again, set, (&options, &whole), world).ok()?;
     let on = if done.held.is_some() { ", on supports (--supports auto)" } else { "" };
     let parts = done.plan.plan.model.model.parts.len();
-    let text = format!("join touching parts (--join): {} then has a plan{on}", counted(parts, "solid"));
+    let text = format!("join touching parts (--join): this gives {} with a plan{on}", counted(parts, "solid"));
     Some(Remedy { kind: "join", amount: parts as f64, text })
 }

@@ -49,7 +49,7 @@ pub(super) fn check(input: &Input<'_>, profile: &Profile) -> Result<Vec<String>,
     {
         let usual = process.layer_height_mm;
         notes.push(format!(
-            "sliced with layers of {mm} mm, and the plan was made for {usual} mm (process.layer_height_mm): where it is tight, plan with {mm}"
+            "sliced with layers of {mm} mm, but the plan was made for {usual} mm (process.layer_height_mm); if clearances are tight, plan with {mm} mm"
         ));
     }
     Ok(notes)

@@ -121,8 +121,8 @@ pub enum RewriteError {
     },
     /// An overlap that leaves the nozzle too little room.
     #[error(
-        "{file}: the first layer of print {print} (part {part}) has {room_mm:.3} mm of height, and [joint] overlap_mm = {overlap_mm} takes more \
-         than half of it; set it to {:.3} or less, or slice with layers that divide the height of what carries the part",
+        "{file}: [joint] overlap_mm = {overlap_mm} is too large for the first layer of print {print} (part {part}), which is {room_mm:.3} mm \
+         high; use at most {:.3}, or slice with layers that divide the height of the part below",
         (room_mm / 2.0).max(0.0)
     )]
     Pressed {

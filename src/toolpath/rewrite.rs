@@ -64,7 +64,7 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
     replaced.dedup();
     if !replaced.is_empty() {
         warnings.push(format!(
-            "{} of the slicer's own start or end code are omitted: the profile's [dialect] start and end replace them",
+            "omitted from the slicer's own start or end code: {}; the profile's [dialect] start and end replace it",
             replaced.join(", ")
         ));
     }

@@ -134,8 +134,7 @@ pub enum SlicedError {
     },
     /// A file whose filament differs from the slicer's figure.
     #[error(
-        "{file}: {counted_mm:.2} mm of filament are extruded, but the file states {stated_mm:.2} mm; it was changed after slicing, or is damaged; \
-         slice again"
+        "{file}: the moves extrude {counted_mm:.2} mm of filament, but the file's comment states {stated_mm:.2} mm; slice again"
     )]
     Filament {
         /// The file.

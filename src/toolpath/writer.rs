@@ -19,6 +19,7 @@ use crate::motion::replay::{CHORD_MM, PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{HOP_MM, Head};
 use crate::profile::Commands;
+use crate::spelling::counted;
 
 /// How far beside a print the head waits, mm.
 const BESIDE_MM: f64 = 5.0;
@@ -105,13 +106,13 @@ impl<'a> Writer<'a> {
         self.hand_over(0)?;
         if self.pauses > 0 {
             self.warnings.push(format!(
-                "pauses for a person (M600, M0 or similar; {} in all) happen above everything printed, with the filament retracted",
-                self.pauses
+                "the head waits above the print, with the filament retracted, in {} (M600, M0 or similar)",
+                counted(self.pauses, "user pause")
             ));
         }
         if self.waits_s > 0.0 {
             self.warnings.push(format!(
-                "dwells of the sliced files (G4; {:.0} s in all) happen beside the part, above everything printed, with the filament retracted",
+                "{:.0} s of dwells (G4) of the sliced files take place beside the part and above the print, with the filament retracted",
                 self.waits_s
             ));
         }

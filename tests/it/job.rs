@@ -175,11 +175,11 @@ fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     let mut request = PlanRequest::new(fixture("two-boxes.stl"), "generic-ac");
     request.options.overhang_deg = Some(95.0);
     let error = job::plan(&request, &world).unwrap_err();
-    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: overhang 95 deg | 0..90"), "{error}");
+    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: overhang | 0 and 90 | got 95 deg"), "{error}");
     let mut request = builtin();
     request.slicing.bed = [250.0, 9000.0].into();
     let error = job::prepare(&request, &world).unwrap_err();
-    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: bed 9000 mm | 0..5000"), "{error}");
+    assert!(fails(&coded(error.code(), &error), "setting/out-of-range: bed | 0 and 5000 | got 9000 mm"), "{error}");
     // A machine in code is held to what a file may hold: by itself, and one key against the other.
     let mut machine = generic();
     machine.kinematics.tilt.direction = 2;

@@ -123,7 +123,7 @@ fn what_is_too_far_apart_is_told_with_its_distance() {
     for snap in ["1.5", "-0.1"] {
         let done = prepared(here, "tree.stl", &[&format!("--snap={snap}")]);
         let said = String::from_utf8_lossy(&done.stderr);
-        assert!(fails(&said, &format!("setting/out-of-range: --snap {snap} mm | 0..1")), "{said}");
+        assert!(fails(&said, &format!("setting/out-of-range: --snap | 0 and 1 | got {snap} mm")), "{said}");
     }
     written(here, "over.stl", &tree(-0.3));
     let done = prepared(here, "over.stl", &["--snap", "0"]);
@@ -189,7 +189,7 @@ fn models_are_turned_and_stand_beside_each_other() {
         (["--up", "0,0"], "command/usage: '--up <X,Y,Z>' | '0,0' | 0,0,1"),
         (["--up", "best"], "command/usage: '--up <X,Y,Z>' | 'best' | auto"),
         (["--base", "3"], "setting/no-such-part: 3 | tee.stl | 0..0"),
-        (["--gap", "0"], "setting/out-of-range: --gap 0 mm | 0.5..500"),
+        (["--gap", "0"], "setting/out-of-range: --gap | 0.5 and 500 | got 0 mm"),
     ] {
         let done = plan(&more);
         assert!(!done.status.success());

@@ -165,7 +165,7 @@ fn directions_that_no_axis_has_are_refused() {
         ),
         ("[kinematics.rotation]\nalong = [0.0, nan, 1.0]", "kinematics.rotation.along = nan: must be -2..2"),
         ("[kinematics.rotation]\nalong = [0.0, 1.0]", "along"),
-        ("[kinematics.rotation]\nalnog = [0.0, 0.0, 1.0]", "did you mean \"kinematics.rotation.along\"?"),
+        ("[kinematics.rotation]\nalnog = [0.0, 0.0, 1.0]", "nearest is \"kinematics.rotation.along\""),
     ] {
         std::fs::write(&own, format!("extends = \"generic-ac\"\n{keys}\n")).unwrap();
         let run = trunnion().args(["profile", "check"]).arg(&own).output().unwrap();

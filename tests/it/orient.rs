@@ -252,12 +252,12 @@ fn bad_words_are_refused_with_a_remedy() {
         (&[&cube, "--part", ""], "command/usage: --part \"\""),
         (&[&cube, "--part", "2-1"], "command/usage: --part \"2-1\""),
         (&[&cube, "--part", "all"], "command/usage: --part \"all\" | 0,3,5-7"),
-        (&[&cube, "--resolution", "0"], "setting/out-of-range: --resolution 0 mm | 0.01..100"),
+        (&[&cube, "--resolution", "0"], "setting/out-of-range: --resolution | 0.01 and 100 | got 0 mm"),
         (&[&cube, "--contact-area-min", "500"], "setting/no-contact: --contact-area-min 500 mm2 | 400.000 mm2"),
         (&[&cube, "--view", &cube], "file/twice: cube.stl"),
         (&[&tree, "--landscape", "never-written.png"], "setting/several-parts: --whole"),
         (&[&cube, "--budget", "3"], "setting/too-few: --budget 3 | 100"),
-        (&[&cube, "--overhang", "90"], "setting/out-of-range: --overhang 90 deg | 0..89.9"),
+        (&[&cube, "--overhang", "90"], "setting/out-of-range: --overhang | 0 and 89.9 | got 90 deg"),
     ];
     for (args, wanted) in cases {
         let (code, out, said) = run(args);

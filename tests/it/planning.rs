@@ -258,8 +258,8 @@ fn goals_are_names_and_sums_with_a_bound() {
         assert_eq!(document["value"], document["lower_bound"], "{goal}");
     }
     for (goal, wanted) in [
-        ("bbs", "did you mean bss"),
-        ("staircaze", "did you mean staircase"),
+        ("bbs", "nearest is bss"),
+        ("staircaze", "nearest is staircase"),
         ("-1*bss", "not a finite number"),
         ("0*bss", "sum to 0"),
         ("x*time", "not a finite number"),

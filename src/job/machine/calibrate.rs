@@ -169,7 +169,7 @@ impl CalibrateResult {
                 )
             }
             Refusal::Sagging { mm, allowed_mm } => format!(
-                "the table is not plane: its rim is {:.3} mm {} than its middle (allowed {allowed_mm} mm); flatten it, or raise --tolerance",
+                "the table is not flat: its rim is {:.3} mm {} than its middle (maximum {allowed_mm} mm); flatten it, or raise --tolerance",
                 mm.abs(),
                 if *mm > 0.0 { "lower" } else { "higher" }
             ),
@@ -199,6 +199,8 @@ pub struct PosesResult {
     pub machine: LoadedProfile,
     /// What was chosen.
     pub choice: Choice,
+    /// Standard deviation of one touch, mm.
+    pub repeats_to_mm: f64,
     /// The file to be filled in.
     pub form: String,
     /// The G-code that goes there, or why it cannot.
@@ -243,5 +245,5 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, M
     let name = |of: Of| if let Of::Feature(i) = of { features[i].name.clone() } else { "the table".to_owned() };
     let names: Vec<String> = choice.poses.iter().map(|one| name(one.of)).collect();
     let visit = visit(profile, &choice.poses, &names).map_err(|no| no.to_string());
-    Ok(PosesResult { choice, form, visit, machine })
+    Ok(PosesResult { choice, repeats_to_mm: request.repeats_to_mm, form, visit, machine })
 }

@@ -263,7 +263,7 @@ mod tests {
         assert!(bare.refusal().unwrap().contains("bare_cone = true"), "{:?}", bare.refusals);
         assert_eq!(check(&cone.replace("BARE", "bare_cone = true")).unwrap().refusal(), None);
         let typo = check(&cone.replace("BARE", "bare_con = true")).unwrap_err();
-        assert!(typo.contains("did you mean \"head.bare_cone\""), "{typo}");
+        assert!(typo.contains("nearest is \"head.bare_cone\""), "{typo}");
     }
 
     #[test]

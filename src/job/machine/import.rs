@@ -26,7 +26,7 @@ const DIRECTIONS: [(&str, &str); 2] = [
     ("kinematics.rotation.direction", "1 where a greater word of the rotation turns it right-handed about +Z, else -1"),
 ];
 /// What no other machine's profile answers: a table that tilts where another one turns, or turns the other way, meets the head.
-const OWN: [&str; 5] = [
+pub const REQUIRED_KEYS: [&str; 5] = [
     "kinematics.tilt.letter",
     "kinematics.tilt.about",
     "kinematics.tilt.direction",
@@ -165,7 +165,7 @@ impl ImportProfile {
             let Some(question) = open.into_iter().find(|(key, _)| !asked.contains(key)) else { break };
             let answers = self.answers.set.len();
             self.answers.ask(question, &mut lines, &show)?;
-            if self.answers.set.len() > answers || !OWN.contains(&question.0) {
+            if self.answers.set.len() > answers || !REQUIRED_KEYS.contains(&question.0) {
                 asked.push(question.0);
             }
         }
@@ -202,7 +202,7 @@ impl Known {
         let was = [was.tilt.letter, was.rotation.letter];
         for (key, code) in [("dialect.start", &dialect.start), ("dialect.end", &dialect.end)] {
             let renamed = self.imported.renamed(key, code, &dialect.start, was, [tilt, rotation]);
-            let how = format!("as in {}, with this machine's names", self.like.name);
+            let how = format!("as in {}, with this machine's axis letters and stepper names", self.like.name);
             let renamed = renamed.filter(|_| told(&self.answers, key).is_none());
             self.facts.extend(renamed.map(|fact| Fact { how, ..fact }));
         }
@@ -235,15 +235,17 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
     let rest = request.answers.rest;
     let needed: Vec<String> = open
         .iter()
-        .filter(|(key, _)| !rest || OWN.contains(key))
+        .filter(|(key, _)| !rest || REQUIRED_KEYS.contains(key))
         .map(|(key, question)| format!("{key} ({question})"))
         .collect();
     if !needed.is_empty() {
         let like = &known.like.name;
         let rest = if rest {
-            format!("; --keep-rest keeps no letters, axes or directions of {like}, which is another machine")
+            format!(
+                "; --keep-rest does not copy axis letters, axes or directions, because {like} is a different machine"
+            )
         } else {
-            format!(", or keep the values of {like} with --keep-rest, but for letters, axes and directions")
+            format!(", or keep the other values of {like} with --keep-rest (not axis letters, axes and directions)")
         };
         return Err(MachineError::Untold { keys: needed.join(", "), rest });
     }
@@ -381,7 +383,7 @@ impl ImportedProfile {
     pub fn text(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
         let like = &self.like.name;
         let mut heading = format!(
-            "{}: described by trunnion profile import from {} ({}), like {like}.\nComments after # say where each key comes from.\n",
+            "{}: created by trunnion profile import from {} ({}), based on {like}.\nComments after # say where each key comes from.\n",
             self.name, self.files, self.firmware
         );
         if !self.unanswered.is_empty() {

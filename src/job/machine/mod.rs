@@ -11,5 +11,5 @@ pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult
 pub use check::{CheckedProfile, Tilted, check_profile};
 pub use dry_run::{DryRun, dry_run};
 pub use error::MachineError;
-pub use import::{ImportProfile, ImportedProfile, import_profile};
+pub use import::{ImportProfile, ImportedProfile, REQUIRED_KEYS, import_profile};
 pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};

@@ -227,9 +227,9 @@ pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfil
     let below = base.profile.complete("");
     let layers = [(base.name.clone(), below), ("your answers".to_owned(), layer.to_string())];
     let (profile, _) = crate::profile::resolve_over(&layers)?;
-    let mut heading = format!("{name}: described by trunnion profile new, like {}.\n", base.name);
+    let mut heading = format!("{name}: created by trunnion profile new, based on {}.\n", base.name);
     if !unanswered.is_empty() {
-        heading += &format!("Not answered, so copied from there: {}.\n", unanswered.join(", "));
+        heading += &format!("Not answered, so copied from {}: {}.\n", base.name, unanswered.join(", "));
     }
     if profile.head == base.profile.head {
         heading += SAME_HEAD;

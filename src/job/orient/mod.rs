@@ -221,7 +221,7 @@ impl OrientResult {
             Dip { up: minimum.up, best: first.is_best(minimum), text }
         };
         let across = ACROSS[usize::from(objective.proof().budget < QUICK)];
-        let title = format!("{} of part {} by the direction that is up; dark is low", first.objective, part.id);
+        let title = format!("{} of part {} by up direction; darker is lower", first.objective, part.id);
         let minima = first.found.minima.iter().map(dip).collect();
         Landscape { title, value: &|up| objective.value(&facets, up), across, minima }.drawing()
     }
@@ -235,7 +235,7 @@ impl OrientResult {
         let painted = costs.as_ref().map_or(Painted::Overhangs(overhang), |costs| Painted::Costs(costs, overhang));
         let ([x, y, z], value) = (<[f64; 3]>::from(up).map(tidy), figures(best.value));
         let hanging = overhang_area(&facets, &up, overhang);
-        let said = format!("part {}: {} {value}, {x} {y} {z} of the file is up", part.id, first.objective);
+        let said = format!("part {}: {} {value}, with {x} {y} {z} of the model pointing up", part.id, first.objective);
         let hangs = format!("{hanging:.1} mm2 overhang more than {} deg from the vertical", overhang.deg());
         standing(&facets, &up, painted, vec![format!("{said}; {hangs}")]).drawing()
     }

@@ -106,7 +106,7 @@ pub enum BadPacking {
     #[error(
         "{name}: {} mm {} in the space of {} mm {}; enlarge the space{}, or cut it (trunnion split)",
         sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn),
-        if *turn == Turns::Any { "" } else { ", other turns (--turn any)" }
+        if *turn == Turns::Any { "" } else { ", allow any rotation (--turn any)" }
     )]
     NoFit {
         /// The model or line.
@@ -157,13 +157,16 @@ pub enum BadPacking {
         wanted: usize,
     },
     /// A method that does not apply.
-    #[error("method {method}: {why}; use --method auto")]
+    #[error("method {method}: {why}")]
     Method {
         /// The method.
         method: String,
         /// Why not.
         why: String,
     },
+    /// Boxes for a machine's table.
+    #[error("{0}: boxes cannot be packed on a machine's table; use --space X,Y,Z instead of -m")]
+    BoxesOnTable(String),
     /// An invalid packing: a fault of this program, never a result.
     #[error("the packing found is not valid ({0}); nothing was written; please report this")]
     Unproved(String),
@@ -203,9 +206,7 @@ pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -
     let mut done = match (&request.contents, &request.into) {
         (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, *space, &asked, stop, world)?,
         (Contents::Boxes(source), Into::Table(_)) => {
-            let why =
-                format!("{} are boxes, which are packed into a space (--space X,Y,Z), not on a table", source.name());
-            return Err(BadPacking::Method { method: asked.name.to_owned(), why }.into());
+            return Err(BadPacking::BoxesOnTable(source.name().into_owned()).into());
         }
         (Contents::Models(models), Into::Space(space)) => {
             in_space(&loaded(models, world)?, *space, &asked, stop, world)?

@@ -19,9 +19,7 @@ pub(super) fn packed(
 ) -> Result<PackResult, PackError> {
     let refused = |why: &str| BadPacking::Method { method: asked.name.to_owned(), why: why.to_owned() };
     if asked.method != Method::Auto {
-        return Err(
-            refused("on a table models are placed side by side in one layer, and only one method does that").into()
-        );
+        return Err(refused("on a table models are placed side by side in one layer; use --method auto").into());
     }
     if asked.goal() == PackGoal::Filling {
         return Err(refused(

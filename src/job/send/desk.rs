@@ -6,7 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::Answer;
 
 /// What can be typed.
-const WORDS: &str = "N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the emergency stop of print N";
+const WORDS: &str =
+    "use N (continue), Enter (continue all), p N (pause), c N (cancel a paused print), s N (emergency stop)";
 
 /// What is asked of one print.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,7 +46,7 @@ impl Desk {
         let mut prints = self.prints();
         let of = prints.len();
         let number = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=of).contains(n)).map(|n| n - 1);
-        let wrong = || format!("unknown command {:?}; {WORDS}; prints are 1 to {of}", line.trim());
+        let wrong = || format!("unknown command {:?}; {WORDS}, N from 1 to {of}", line.trim());
         let (order, print) = match words.as_slice() {
             [] => {
                 prints.iter_mut().filter(|p| p.paused).for_each(|p| p.answer = Some(Answer::Continue));
@@ -131,7 +132,7 @@ mod tests {
     fn what_means_nothing_is_told_and_does_nothing() {
         let desk = Desk::new(2, true);
         for wrong in ["0", "3", "x", "c", "s s", "s 1 2", "-1", "q 1"] {
-            assert!(desk.typed(wrong).unwrap_err().contains("prints are 1 to 2"), "{wrong}");
+            assert!(desk.typed(wrong).unwrap_err().contains("N from 1 to 2"), "{wrong}");
         }
         assert_eq!(desk.typed("1").unwrap_err(), "print 1 is not paused");
         assert_eq!(desk.typed("c 2").unwrap_err(), "print 2 is not paused");

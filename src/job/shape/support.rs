@@ -9,7 +9,7 @@ use crate::input::{BadSetting, InputError, ModelSource};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::overhang::Keels;
 use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
-use crate::spelling::{nearest, numbers};
+use crate::spelling::{counted, nearest, numbers};
 use crate::strategy::SupportForm;
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
@@ -233,15 +233,16 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     if done.unbraced > 0 {
         let (free, most) = (done.longest_free_mm, options.form.brace_mm);
         world.progress.warning(&format!(
-            "{} over more than {most} mm, the longest over {free:.1} mm, since no path leads aside there; a finer --step finds more",
-            if done.unbraced == 1 { "1 column stands free".to_owned() } else { format!("{} columns stand free", done.unbraced) }
+            "{} {} unbraced over more than {most} mm (longest {free:.1} mm): no brace path found; try a smaller --step",
+            counted(done.unbraced, "column"),
+            if done.unbraced == 1 { "is" } else { "are" }
         ));
     }
     let over = done.planned.tally.over_capacity;
     if over > 0 {
         let limit = options.capacity;
         world.progress.warning(&format!(
-            "{over} arcs and nodes carry more than the limit ({limit} on an arc), without which something would stay unsupported"
+            "{over} arcs and nodes exceed the column limit ({limit} per arc, --capacity); within it, some overhang would stay unsupported"
         ));
     }
     Ok(done)

@@ -96,7 +96,7 @@ pub enum ProgramError {
     },
     /// A line after which the head's position is unknown, so that no pause or resume is possible.
     #[error(
-        "line {line}: {why}; after it the head's position is unknown, so that a pause could not lift it off the part; write moves with a known end"
+        "line {line}: {why}; the head's position is unknown after it, so a pause cannot lift the head; use moves with a known end point"
     )]
     Unfollowed {
         /// In the file, from 1.

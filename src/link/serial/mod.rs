@@ -71,7 +71,7 @@ pub enum PortError {
         ports: Vec<String>,
     },
     /// Held by another program.
-    #[error("{}: held by another program (OctoPrint, a slicer, another trunnion?); end it first", path.display())]
+    #[error("{}: in use by another program (such as OctoPrint, a slicer or another trunnion); close it first", path.display())]
     Busy {
         /// As asked for.
         path: PathBuf,

@@ -212,9 +212,9 @@ fn what_cannot_be_sliced_says_why() {
     let refused = |mesh: &TriangleMesh<Slot>, s: &SliceSettings| slice(mesh, s, &job()).unwrap_err().to_string();
     let settings = SliceSettings::default();
     let flat = block([140.0, 140.0, 0.0], [160.0, 160.0, 0.09]);
-    assert!(refused(&flat, &settings).contains("0.0900 mm high, allowed is at least half a layer = 0.1000 mm"));
+    assert!(refused(&flat, &settings).contains("(0.1000 mm), got 0.0900 mm"));
     let floating = block([140.0, 140.0, 1.0], [160.0, 160.0, 2.0]);
-    assert!(refused(&floating, &settings).contains("z = 1.0000 mm"));
+    assert!(refused(&floating, &settings).contains("got 1.0000 mm"));
     let off = block([-1.0, 140.0, 0.0], [160.0, 160.0, 2.0]);
     assert!(refused(&off, &settings).contains("(-1.000, 140.000)"));
     let empty = TriangleMesh::new(vec![Vec3::zeros()], vec![]);

@@ -430,7 +430,7 @@ fn bad_touches_are_refused_at_their_line() {
         ("[tip]\nrepeats_to_mm = 0.0\n".to_owned(), "t.toml:1: repeats_to_mm = 0: must be 0.0005..1 mm"),
         (
             touch.replace("\"table\"", "\"tabel\""),
-            "t.toml:1: of = \"tabel\" is not one of table; did you mean \"table\"?",
+            "t.toml:1: of = \"tabel\" is not one of table; the nearest is \"table\"",
         ),
         (touch.replace("3.0]", "3.0, 4.0]"), "t.toml:1: at_mm has 4 numbers; write X, Y and Z"),
         (touch.replace("3.0]", "inf]"), "t.toml:1: at_mm = inf: must be -10000..10000 mm"),

@@ -27,7 +27,7 @@ fn a_machine_is_described_by_its_ini() {
     let file = folder.path().join("trunnion/profiles/my-machine.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     for words in [
-        "# my-machine: described by trunnion profile import from my machine.ini (linuxcnc), like linuxcnc-xyzac-trt.",
+        "# my-machine: created by trunnion profile import from my machine.ini (linuxcnc), based on linuxcnc-xyzac-trt.",
         "extends = \"linuxcnc-xyzac-trt\"",
         "# my machine.ini:7, 8: the point of rotation and the offsets from it",
         "# my machine.ini:22\nmin_deg = -100.0\n",

@@ -136,8 +136,8 @@ fn more_heat_or_travel_than_the_machine_has_is_refused_before_the_first_byte() {
     for (text, words) in [
         (hot, "line 2: 300 C for the nozzle, but the profile allows 260 C ([link] max_nozzle_c); nothing was sent"),
         ("G28\nM190 S200\n", "line 2: 200 C for the bed"),
-        ("G28\nG1 X5 F600\nG1 X9999\n", "line 3: X 9999 is beyond the machine's"),
-        ("G28\nG1 A120 F600\n", "line 2: A 120 is beyond the machine's"),
+        ("G28\nG1 X5 F600\nG1 X9999\n", "line 3: X 9999 is outside the machine's range, "),
+        ("G28\nG1 A120 F600\n", "line 2: A 120 is outside"),
     ] {
         let done = ask(text, &profile);
         assert!(done.status.code() == Some(1) && said(&done).contains(words), "{:?} {}", done.status, said(&done));

@@ -84,6 +84,6 @@ fn a_way_through_what_is_printed_is_refused_and_nothing_moves() {
     let file = prepared(dir.path(), &machine);
     let (resumed, _, after) = reset_at(dir.path(), &machine, &file, 600);
     assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
-    assert!(fails(&said(&resumed), "job/printer: re-entry"), "{}", said(&resumed));
+    assert!(fails(&said(&resumed), "job/printer: blocked"), "{}", said(&resumed));
     assert!(after.is_empty(), "nothing may move: {after:?}");
 }

@@ -59,7 +59,7 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
     // Pause, once it waits for no heat.
     prints(&log);
     interrupt(&host.0);
-    shows(&screen, "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop");
+    shows(&screen, "paused above the part: Enter (continue), c and Enter (cancel), Ctrl-C (emergency stop)");
     // A status comes in between; the typed line is not left behind with it.
     let before = screen.lock().unwrap().statuses;
     wait_for("two statuses", || screen.lock().unwrap().statuses > before + 1);
@@ -72,7 +72,7 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
         "warning: part.gcode is not verified: the head may hit the part, the table or the frame",
         "printer: bench, Marlin bugfix-#.#.x (Nov # #)",
         "pausing after moves in progress; Ctrl-C again is an emergency stop",
-        "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop",
+        "paused above the part: Enter (continue), c and Enter (cancel), Ctrl-C (emergency stop)",
         "the print continues",
         "the print is complete: # lines, # of them resent",
     ];
@@ -127,13 +127,13 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
         both_say("# %, # min left, layer # of #, #/# C, bed #/#", "# %, # min left, layer # of #");
         // What was typed wrongly is told above, and moves nothing; one is asked to pause while the other goes on.
         keys.write_all(b"p 7\n").unwrap();
-        let wrong = "unknown command \"p #\"; N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the \
-                     emergency stop of print N; prints are # to #";
+        let wrong = "unknown command \"p #\"; use N (continue), Enter (continue all), p N (pause), c N (cancel a paused print), s N \
+                     (emergency stop), N from # to #";
         says(&screen, wrong);
         prints(&log);
         keys.write_all(b"p 2\n").unwrap();
-        let paused = "# tty#: paused above the part: # continues it, c # cancels it, s # is its emergency stop; Enter continues all, Ctrl-C twice \
-                      stops all";
+        let paused = "# tty#: paused above the part: # (continue), c # (cancel), s # (emergency stop); all prints: Enter (continue), Ctrl-C \
+                      twice (emergency stop)";
         says(&screen, paused);
         // The other one fails meanwhile, which is told at once.
         let fault = "the printer has stopped: Thermal Runaway, system stopped! Heater_ID: #; remove the cause, then reset the printer";
@@ -153,7 +153,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
             "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
             "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
             wrong,
-            "# tty#: pausing after moves in progress; s # is its emergency stop, Ctrl-C twice that of all",
+            "# tty#: pausing after moves in progress; emergency stop: s # (this print), Ctrl-C twice (all prints)",
             paused,
             &format!("# tty#: warning: {fault}"),
             "# tty#: the print continues",

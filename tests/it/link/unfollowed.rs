@@ -38,7 +38,7 @@ fn a_file_that_cannot_be_followed_is_refused_by_its_line_and_nothing_is_sent() {
     for (line, why) in LINES {
         let file = broken(dir.path(), line);
         let sentence = format!("{}: line 20: {why}", file.display());
-        let hint = "; after it the head's position is unknown, so that a pause could not lift it off the part; write moves with a known end";
+        let hint = "; use moves with a known end point";
         let mut alone = send(&file, &machine, &link);
         let mut again = send(&file, &machine, &link);
         let mut nowhere = send(&file, &machine, &at("nothing"));

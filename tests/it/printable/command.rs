@@ -58,14 +58,9 @@ fn a_plate_lies_flat_and_the_document_says_why() {
     assert_eq!(made["minima"][0]["up"], best["up"]);
     assert!(made["lower_bound"].as_f64().unwrap() <= number(best, "price_min"));
     let (_, text, _) = run(&[file, "--up", "0,2,0"]);
-    for wanted in [
-        "- it stands by itself",
-        "recommended",
-        "best surface",
-        "as in the file",
-        "yours",
-        "proved: no pose costs less than",
-    ] {
+    for wanted in
+        ["- it stands by itself", "recommended", "best surface", "as in the file", "yours", "lower bound: no pose"]
+    {
         assert!(text.contains(wanted), "{wanted}: {text}");
     }
 }
@@ -95,9 +90,9 @@ fn bad_words_are_refused_with_a_remedy() {
         (&[&cube, "--up", "0,0"], "must be three numbers separated by commas"),
         (&[&cube, "--up", "0,0,0"], "no direction; give three numbers that are not all 0"),
         (&[&cube, "--up", "nan,0,1"], "must be three numbers separated by commas"),
-        (&[&cube, "--up", "0,0,1", "--objective", "height"], "only the objective printable prices a pose"),
+        (&[&cube, "--up", "0,0,1", "--objective", "height"], "--objective printable"),
         (&[&cube, "-m", "generic-xyz"], "generic-xyz"),
-        (&[&cube, "--objective", "printabel"], "did you mean printable?"),
+        (&[&cube, "--objective", "printabel"], "nearest is printable"),
     ];
     for (args, wanted) in cases {
         let (code, out, said) = run(args);

@@ -123,10 +123,10 @@ fn what_cannot_be_cut_is_told_in_a_sentence_and_nothing_is_written() {
     };
     refused(&tee, &["--max-cuts", "1"], 1, "command/no: after 1 cut | 500.0 mm2 | --allow");
     refused(&tee, &["--max-cuts", "0"], 1, "command/no: 500.0 of 500.0 mm2");
-    refused(&tee, &["--max-cuts", "101"], 2, "setting/out-of-range: --max-cuts 101 | 0..100");
-    refused(&tee, &["--allow=-1"], 2, "setting/out-of-range: --allow -1 mm2 | 0..1000000");
-    refused(&tee, &["--pedestal", "900"], 2, "setting/out-of-range: --pedestal 900 mm | 0..200");
-    refused(&tee, &["--overhang", "90"], 2, "setting/out-of-range: --overhang 90 deg | 1..89");
+    refused(&tee, &["--max-cuts", "101"], 2, "setting/out-of-range: --max-cuts | 0 and 100 | got 101");
+    refused(&tee, &["--allow=-1"], 2, "setting/out-of-range: --allow | 0 and 1000000 | got -1 mm2");
+    refused(&tee, &["--pedestal", "900"], 2, "setting/out-of-range: --pedestal | 0 and 200 | got 900 mm");
+    refused(&tee, &["--overhang", "90"], 2, "setting/out-of-range: --overhang | 1 and 89 | got 90 deg");
     refused(&tee, &["--no-cut", "1,2,3"], 2, "command/usage: --no-cut 1,2,3 | six numbers");
     refused(&tee, &["--no-cut", "1,2,3,4,5,x"], 2, "command/usage: --no-cut 1,2,3,4,5,x | six numbers");
     let two = folder.path().join("two.stl");

@@ -92,7 +92,7 @@ impl Choice<'_> {
     /// Why there is none, and what helps.
     fn no_way(&self, why: &str, doubtful: &Range<u32>, choices: &[u32]) -> String {
         if doubtful.is_empty() || choices.len() == 1 {
-            return format!("the path of the re-entry is not clear: {why}");
+            return format!("the path for resuming the print is blocked: {why}");
         }
         let layers: Vec<u32> = self
             .program
@@ -107,8 +107,8 @@ impl Choice<'_> {
             lines => format!(" (layers begin at {})", lines.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
         };
         format!(
-            "the path of the re-entry is not clear: {why}, if lines {first} to {last} are printed already; if not, a later start leaves lines in \
-             mid-air. Inspect the part and pass --from LINE, the first line to print{layers}"
+            "the path for resuming the print is blocked if lines {first} to {last} are already printed: {why}; inspect the part and pass \
+             --from LINE, its first unprinted line{layers}"
         )
     }
 }
