@@ -167,7 +167,7 @@ fn bad_exceptions_are_told_in_a_sentence() {
     let folder = folder();
     let model = written(folder.path(), "gate", &gate(12.0));
     for (more, wanted) in [
-        (["--bridge", "900"], "--bridge must be between 0 and 200 mm, got 900"),
+        (["--bridge", "900"], "--bridge 900: must be 0..200 mm"),
         (["--tolerate", "-1"], "unexpected argument"),
         (["--tolerate=-1", "-q"], "--tolerate must be between 0 and 1000000 mm2, got -1"),
         (["--allow", "1:5"], "has no part 1"),
