@@ -181,7 +181,7 @@ fn a_pause_for_a_person_is_made_above_the_part() {
         let sixth = text.match_indices("\n;LAYER_CHANGE").nth(5).unwrap().0 + 1;
         std::fs::write(&file, format!("{}{pause}\n{}", &text[..sixth], &text[sixth..])).unwrap();
         let run = rewrite(std::slice::from_ref(&file), &plan, &[]);
-        assert!(run.status.success() && said(&run).contains("1 in all"), "{pause}: {}", said(&run));
+        assert!(run.status.success() && said(&run).contains("1 user pause"), "{pause}: {}", said(&run));
         let out = std::fs::read_to_string(folder.path().join("out.gcode")).unwrap();
         let lines: Vec<&str> = out.lines().collect();
         let at = lines.iter().position(|line| *line == pause).unwrap();

@@ -10,8 +10,9 @@ const THREADS: f64 = 1.6;
 /// Beyond this it is not followed, mm; where the file states no number of walls, those of a wide nozzle may be one.
 const THICK_MM: f64 = 1.2;
 const UNSTATED_MM: f64 = 0.7;
-/// Lines of which the usual width is taken.
+/// Lines of which a width is taken, and the part of them that may be thinner: infill may be as wide as two lines of a wall.
 const LINES: usize = 1000;
+const THINNER: usize = 10;
 
 pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
     let stated = printed.flow.inside.walls;
@@ -26,7 +27,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     }
     let middle = depths.len() / 2;
     let depth = f64::from(*depths.select_nth_unstable_by(middle, f32::total_cmp).1);
-    let width = usual_width(printed);
+    let width = thin_width(printed);
     let most = (THREADS * width).min(if stated.is_some() { THICK_MM } else { UNSTATED_MM });
     if depth < most {
         add(printed, layers[0].line, [depth, most], findings, || {
@@ -40,8 +41,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     }
 }
 
-/// The width that most lines' filament gives them, mm.
-fn usual_width(printed: &PrintedPart<'_>) -> f64 {
+/// The width that the filament of thin lines gives them, mm: but a few are as wide.
+fn thin_width(printed: &PrintedPart<'_>) -> f64 {
     let all: usize = printed.levels.iter().map(|level| level.beads.len()).sum();
     let lines = printed.levels.iter().flat_map(|level| level.beads.iter().map(move |&bead| (level, bead)));
     let width = |(level, bead)| printed.held_width(&printed.bead(bead), level);
@@ -49,6 +50,6 @@ fn usual_width(printed: &PrintedPart<'_>) -> f64 {
     if widths.is_empty() {
         return printed.job.profile.process.line_width_mm;
     }
-    let middle = widths.len() / 2;
-    *widths.select_nth_unstable_by(middle, f64::total_cmp).1
+    let place = widths.len() / THINNER;
+    *widths.select_nth_unstable_by(place, f64::total_cmp).1
 }

@@ -64,7 +64,7 @@ fn in_a_pause_from_a_full_disk_one_ctrl_c_is_an_emergency_stop() {
     let host = host.arg("--journal").arg(disk.0.join("journal")).stdin(screen).stderr(Stdio::piped()).spawn().unwrap();
     let mut host = Running(host);
     let words = listened(&mut host.0);
-    wait_for("the pause", || words.lock().unwrap().contains("Ctrl-C is"));
+    wait_for("the pause", || words.lock().unwrap().contains("Ctrl-C (emergency stop)"));
     assert!(states(&words.lock().unwrap(), "disk space | journal") && !killed(&log));
     interrupt(&host.0);
     wait_for("the emergency stop", || killed(&log));

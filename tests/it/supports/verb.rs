@@ -152,7 +152,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     let cases: [(&Path, &[&str], &[&str]); 19] = [
         (&open_file, &["-o", &stl, "--no-repair"], &["open.stl", "3 open edges", "--no-repair"]),
         (&ring, &["--step", "0"], &["--step", "0.05 and 100", "got 0 mm"]),
-        (&ring, &["--step", "-2"], &["--step -2 mm", "0.05..100"]),
+        (&ring, &["--step", "-2"], &["--step", "0.05 and 100", "got -2 mm"]),
         (&ring, &["--step", "0.5", "--wall", "0.6"], &["--wall", "0.01 and 0.5", "got 0.6 mm"]),
         (&ring, &["--step", "0.06"], &["--step 0.06 mm makes", "cubes", "--step 0."]),
         (&ring, &["--space", "90,90"], &["--space", "90,90", "three numbers"]),
@@ -163,7 +163,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&ring, &["--structure", "trees"], &["--structure trees", "tree"]),
         (&ring, &["--capacity", "0"], &["--capacity", "1 and 1000", "got 0"]),
         (&ring, &["--overhang", "90"], &["--overhang", "1 and 89", "got 90 deg"]),
-        (&ring, &["--gap", "-1"], &["--gap -1 mm", "0..5"]),
+        (&ring, &["--gap", "-1"], &["--gap", "0 and 5", "got -1 mm"]),
         (&ring, &["--roof", "3"], &["--roof", "0 and 2", "got 3 mm"]),
         (&ring, &["--roof", "1", "--roof-pitch", "0.05"], &["--roof-pitch", "0.1 and 10", "got 0.05 mm"]),
         (&ring, &["--roof", "1", "--roof-pitch", "0.3"], &["--roof-pitch", "0.4 and 10", "got 0.3 mm"]),
