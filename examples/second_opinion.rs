@@ -192,14 +192,17 @@ impl Axis {
         let at_key = |key: &str| format!("{path}/{key}");
         let letter = text(values, &at_key("letter"))?.chars().next().ok_or("an axis has no letter")?;
         let measured = values.pointer(&at_key("along")).is_some();
+        let zero = number(values, &at_key("zero_deg"))?;
+        // As far as cables wind from zero, where there are no stops.
+        let wound = optional(values, &at_key("max_turns")).map_or(f64::INFINITY, |turns| 360.0 * turns);
         Ok(Self {
             letter,
             along: if measured { unit(numbers(values, &at_key("along"))?) } else { along },
             direction: number(values, &at_key("direction"))?,
-            zero: number(values, &at_key("zero_deg"))?,
+            zero,
             stops: [
-                optional(values, &at_key("min_deg")).unwrap_or(f64::NEG_INFINITY),
-                optional(values, &at_key("max_deg")).unwrap_or(f64::INFINITY),
+                optional(values, &at_key("min_deg")).unwrap_or(zero - wound),
+                optional(values, &at_key("max_deg")).unwrap_or(zero + wound),
             ],
             rate: number(values, &at_key("max_deg_per_s"))?,
             stepper: values.pointer(&at_key("stepper")).and_then(Value::as_str).map(str::to_owned),

@@ -64,13 +64,14 @@ pub(super) fn all_words(profile: &Profile) -> Vec<[f64; 2]> {
     let spread = |low: f64, high: f64, count: usize, ends: usize| {
         (0..count).map(move |i| low + (high - low) * i as f64 / (count - ends).max(1) as f64)
     };
-    let stops = rotation.stops_deg();
-    let turns: Vec<f64> = match stops {
+    let turns: Vec<f64> = match rotation.stops_deg() {
         Some([low, high]) if high - low < 360.0 => spread(low, high, TURNS, 1).collect(),
-        Some([low, _]) => spread(0.0_f64.max(low).min(low + 360.0), 0.0_f64.max(low) + 360.0, TURNS, 0).collect(),
+        Some([low, high]) => {
+            let first = 0.0_f64.min(high - 360.0).max(low);
+            spread(first, first + 360.0, TURNS, 0).collect()
+        }
         None => spread(0.0, 360.0, TURNS, 0).collect(),
     };
-    let turns: Vec<f64> = turns.into_iter().filter(|t| stops.is_none_or(|[_, high]| *t <= high)).collect();
     let low = tilt.min_deg.max(tilt.zero_deg - STEEPEST_DEG);
     let high = tilt.max_deg.min(tilt.zero_deg + STEEPEST_DEG);
     let tilts: Vec<f64> = spread(low, high, TILTS, 1).chain([tilt.zero_deg]).collect();
@@ -298,5 +299,36 @@ fn in_order(poses: &mut [ChainCandidate], level: f64) {
             group.reverse();
         }
         back = !back;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::{resolve, shipped};
+
+    /// The rotation's words, ascending.
+    fn turns(stops: &str) -> Vec<f64> {
+        let (file, text) = shipped("generic-ac").unwrap();
+        let own = format!("{text}\n[kinematics.rotation]\n{stops}\n");
+        let (profile, _) = resolve(file, &own).unwrap();
+        let mut all: Vec<f64> = all_words(&profile).into_iter().map(|words| words[1]).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
+    #[test]
+    fn a_turn_is_gone_round_once_within_the_stops() {
+        let endless = turns("");
+        assert_eq!(endless.len(), TURNS);
+        assert_eq!(turns("max_turns = 1.5"), endless);
+        assert_eq!(turns("min_deg = -360.0\nmax_deg = 360.0"), endless);
+        for (low, high) in [(-180.0, 180.0), (-10.1, 349.9), (100.0, 500.0), (-800.0, -100.0), (-90.0, 90.0)] {
+            let found = turns(&format!("min_deg = {low:?}\nmax_deg = {high:?}"));
+            assert_eq!(found.len(), TURNS, "{low}..{high}");
+            assert!(found[0] >= low && found[TURNS - 1] <= high, "{low}..{high}: {found:?}");
+            assert!(found[TURNS - 1] - found[0] < 360.0, "{low}..{high}: {found:?}");
+        }
     }
 }

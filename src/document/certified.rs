@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::{CheckedPlan, Verified};
-use crate::planning::{Plan, sha256_hex};
+use crate::planning::sha256_hex;
 use crate::verify::RULES;
 
 /// What a certificate begins with.
@@ -24,7 +24,7 @@ pub fn certificate(file: &str, program: &Verified<Vec<u8>>, plan: &CheckedPlan) 
         "made_by": format!("trunnion {}", env!("CARGO_PKG_VERSION")),
         "program": {"file": file, "bytes": bytes.len(), "sha256": sha256_hex(bytes)},
         "model": plan.plan.model,
-        "plan": {"sha256": plan.sha256, "document": Plan { machine_values: None, ..plan.plan.clone() }},
+        "plan": {"sha256": plan.sha256, "document": plan.plan.decided()},
         "machine": {
             "profile": plan.plan.machine.profile, "sha256": sha256_hex(profile.canonical().as_bytes()), "values": profile,
         },

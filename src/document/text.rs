@@ -140,7 +140,7 @@ fn turning(report: &Report) -> Option<String> {
     (turns > 0).then(|| {
         format!(
             "{} of the table, {waiting_s:.0} s with a hot nozzle (longest {longest_s:.0} s, before line {longest_line}); cables are wound \
-             {wound_turns:.1} turns; {torque_nm:.3} N m on the tilt axis",
+             {wound_turns:.2} turns; {torque_nm:.3} N m on the tilt axis",
             counted(turns, "turn")
         )
     })

@@ -36,13 +36,13 @@ pub enum InputError {
     /// A setting that cannot be.
     #[error(transparent)]
     Setting(#[from] super::BadSetting),
-    /// Profiles that extend each other without end, more of them than may, or one in hand that names a file.
-    #[error("{file}: {why}")]
+    /// A profile that cannot extend what it names.
+    #[error("{file}: {fault}")]
     Layers {
         /// The file.
         file: String,
-        /// Which of them.
-        why: String,
+        /// Why not.
+        fault: BadExtends,
     },
     /// A plan whose model is neither where it says nor beside it.
     #[error("{plan}: model {model} not found")]
@@ -86,6 +86,29 @@ pub enum InputError {
     /// A plan that is none, or is stale.
     #[error(transparent)]
     Plan(#[from] PlanError),
+}
+
+/// Why a profile cannot extend what it names.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BadExtends {
+    /// It comes back to itself.
+    #[error("extends itself through {named}; remove this extends")]
+    Circle {
+        /// What it names.
+        named: String,
+    },
+    /// More files than may extend each other.
+    #[error("more than {most} files extend each other; merge some of them")]
+    TooMany {
+        /// How many may.
+        most: usize,
+    },
+    /// A profile in hand, which lies beside no file.
+    #[error("the profile was not read from a file, so it cannot extend the file {named}")]
+    NoFile {
+        /// What it names.
+        named: String,
+    },
 }
 
 impl InputError {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
-use super::{BadSetting, InputError};
+use super::{BadExtends, BadSetting, InputError};
 use crate::assembly::cut_away;
 use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
@@ -249,15 +249,12 @@ fn own_layers(top: &Source, world: &World<'_>) -> Result<Vec<(String, String)>, 
             },
             Base::Defaults => break,
         };
-        let wrong = |why: String| InputError::Layers { file: file.clone(), why };
-        let read = || wrong(format!("the profile was not read from a file, so it cannot extend the file {named}"));
-        let path = path.ok_or_else(read)?;
+        let wrong = |fault: BadExtends| InputError::Layers { file: file.clone(), fault };
+        let Some(path) = path else { return Err(wrong(BadExtends::NoFile { named })) };
         if layers.len() >= MOST_LAYERS {
             let comes_back = layers[..layers.len() - 1].iter().any(|(_, earlier)| earlier == text);
-            return Err(wrong(match comes_back {
-                true => format!("extends itself through {named}; remove this extends"),
-                false => format!("more than {MOST_LAYERS} files extend each other; merge some of them"),
-            }));
+            let too_many = BadExtends::TooMany { most: MOST_LAYERS };
+            return Err(wrong(if comes_back { BadExtends::Circle { named } } else { too_many }));
         }
         folder = path.parent().map(Path::to_owned);
         layers.push((path.to_string_lossy().into_owned(), Source::File(path).text(world)?));

@@ -29,7 +29,7 @@ mod process;
 mod setting;
 mod source;
 
-pub use error::InputError;
+pub use error::{BadExtends, InputError};
 pub use load::{
     CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, own_profiles,
 };

@@ -335,9 +335,15 @@ impl Plan {
         text
     }
 
+    /// What was decided, without the machine's values.
+    #[must_use]
+    pub fn decided(&self) -> Self {
+        Self { machine_values: None, ..self.clone() }
+    }
+
     /// The hash of what was decided, whatever the machine's values are written with it: its text's without them.
     pub fn sha256(&self) -> String {
-        sha256_hex(Self { machine_values: None, ..self.clone() }.to_text().as_bytes())
+        sha256_hex(self.decided().to_text().as_bytes())
     }
 
     /// Checks angles against the axes' stops and against directions, and that each of `parts` parts is printed once.

@@ -9,6 +9,7 @@ use super::prints::{Level, PrintedPart};
 use super::report::InterfaceFill;
 use crate::geom::{Bounds, Table, Vec3};
 use crate::mesh::{INTERFACE_GAP_MM, Interface, TriangleMesh};
+use crate::section::to_segment;
 
 /// Places lie about so far from each other, mm.
 const SPACING_MM: f64 = 0.4;
@@ -170,25 +171,18 @@ impl Reach {
     fn look(&mut self, at: &Vec3, line: [Vec3; 2], half: f64, level: &Level, points: &[Vec3]) {
         let [low, high] = [level.z - level.height(), level.z];
         let [column, row] = [at.x, at.y].map(cell);
+        let above = line.map(|p| [p.x, p.y]);
         for layer in cell(low - REACH_MM)..=cell(high + REACH_MM) {
             for key in (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j, layer])) {
                 for &i in self.cells.get(&key).into_iter().flatten() {
                     let (p, found) = (&points[i as usize], &mut self.found[i as usize]);
                     let upward = (low - p.z).max(p.z - high).max(0.0);
                     if !*found && upward <= REACH_MM {
-                        let sideways = (away(p, line) - half).max(0.0);
+                        let sideways = (to_segment([p.x, p.y], above) - half).max(0.0);
                         *found = upward * upward + sideways * sideways <= REACH_MM * REACH_MM;
                     }
                 }
             }
         }
     }
-}
-
-/// How far a place is from a line, seen from above.
-fn away(p: &Vec3, [from, to]: [Vec3; 2]) -> f64 {
-    let (way, at) = ((to - from).xy(), (p - from).xy());
-    let square = way.norm_squared();
-    let share = if square > 0.0 { (at.dot(&way) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (at - way * share).norm()
 }

@@ -7,7 +7,7 @@ use super::ReplayJob;
 use super::prints::{Level, PrintedPart};
 use super::report::JointRoom;
 use crate::geom::Bounds;
-use crate::section::{PlanePoint, Segment};
+use crate::section::{PlanePoint, Segment, to_segment};
 
 /// Parts that are no nearer than this, mm, are simply beside each other.
 const NEAR_MM: f64 = 1.0;
@@ -124,14 +124,7 @@ fn apart(a: Segment, b: Segment) -> f64 {
         return 0.0;
     }
     let ends = [(a[0], b), (a[1], b), (b[0], a), (b[1], a)];
-    ends.into_iter().map(|(p, of)| from_end(p, of)).fold(f64::INFINITY, f64::min)
-}
-
-fn from_end(p: PlanePoint, [a, b]: Segment) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let square = along[0] * along[0] + along[1] * along[1];
-    let share = if square > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
+    ends.into_iter().map(|(p, of)| to_segment(p, of)).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

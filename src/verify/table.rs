@@ -53,7 +53,7 @@ pub(super) fn check(acts: &Acts<'_>, job: &ReplayJob<'_>, findings: &mut Finding
         let at = FindingPlace { line: used.torque_line, ..FindingPlace::default() };
         findings.add(Rule::Standing, at, [used.torque_nm, holds], || {
             format!(
-                "the print pulls on the tilt axis with {:.3} N m (maximum {holds} N m, kinematics.tilt.holding_nm)",
+                "the print pulls on the tilt axis with {:.3} N m (maximum {holds} N m, kinematics.tilt.holding_nm); place it nearer to the axis",
                 used.torque_nm
             )
         });

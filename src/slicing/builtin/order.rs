@@ -237,8 +237,8 @@ fn afloat<'b>(island: &Island<'_>, walls: Vec<&'b Bead>, ground: Option<&Ground>
 fn gaps_and_walls<'a>(island: &Island<'a>, ground: Option<&Ground>) -> (Vec<&'a Bead>, Vec<&'a Bead>) {
     let is_open = |bead: &&Bead| bead.depth > 0 && !bead.closed;
     let hangs = |ground: &Ground| {
-        let outer = island.beads.iter().filter(|bead| bead.depth == 0);
-        outer.flat_map(|bead| ground.split(&bead.points)).any(|(supported, _)| !supported)
+        let mut outer = island.beads.iter().filter(|bead| bead.depth == 0 && bead.closed);
+        outer.any(|bead| !ground.carries_all_of(&bead.points))
     };
     let has_gaps = island.beads.iter().any(|bead| is_open(&bead));
     let is_held = has_gaps && ground.is_some_and(hangs);

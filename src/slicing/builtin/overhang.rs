@@ -2,6 +2,11 @@
 
 use super::region::{GridPoint, Region, pairs};
 
+/// A ring's points, the first one once more at the end.
+fn closed(ring: &[GridPoint]) -> Vec<GridPoint> {
+    ring.iter().chain(ring.first()).copied().collect()
+}
+
 /// A region prepared for many crossing tests.
 pub(super) struct Ground {
     edges: Vec<(GridPoint, GridPoint)>,
@@ -30,8 +35,12 @@ impl Ground {
 
     /// Whether anything of a closed path lies inside.
     pub(super) fn carries_any_of(&self, ring: &[GridPoint]) -> bool {
-        let closed: Vec<GridPoint> = ring.iter().chain(ring.first()).copied().collect();
-        self.split(&closed).iter().any(|(inside, _)| *inside)
+        self.split(&closed(ring)).iter().any(|(inside, _)| *inside)
+    }
+
+    /// Whether all of a closed path does.
+    pub(super) fn carries_all_of(&self, ring: &[GridPoint]) -> bool {
+        self.split(&closed(ring)).iter().all(|(inside, _)| *inside)
     }
 
     /// Where the leg meets the border, with both its ends: the share of its length, and the point.
