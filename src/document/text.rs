@@ -19,7 +19,7 @@ use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::planning::balance::DOUBTFUL;
 use crate::publish::UploadFigures;
 use crate::spelling::counted;
-use crate::verify::{InterfaceFill, JointRoom, Report, Standing, TableUse};
+use crate::verify::{InterfaceFill, JointRoom, Report, Standing, StatedSetting, TableUse};
 
 /// A file that any printer takes and no printer moves on: in the place of one that was not rewritten, for that reason.
 pub fn unprintable(reason: &str) -> String {
@@ -101,6 +101,7 @@ pub fn verified(report: &Report) -> String {
     unsteady(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
     joints(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
     [bonds(report), turning(report)].iter().flatten().for_each(|text| _ = writeln!(out, "{text}"));
+    report.stated.iter().for_each(|one| _ = writeln!(out, "{}", stated(one)));
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
@@ -132,6 +133,15 @@ fn bonds(report: &Report) -> Option<String> {
     let which = if report.interfaces.len() > 1 { "least filled interface" } else { "interface" };
     let filled = share * 100.0;
     Some(format!("the {which} (parts {a} and {b}, {area_mm2:.0} mm2) is {filled:.0} % filled from both sides"))
+}
+
+/// A setting of which the file states less than the profile has, in a sentence.
+fn stated(StatedSetting { setting, file, profile, parts }: &StatedSetting) -> String {
+    let which = if parts.len() == 1 { "part" } else { "parts" };
+    format!(
+        "{which} {}: the file states {setting} = {file} (profile: {profile}) and is checked against that",
+        list(parts)
+    )
 }
 
 /// What the table has to do, in a sentence; `None` where it never turns between lines.

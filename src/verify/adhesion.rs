@@ -5,12 +5,13 @@
 //! clear of its rim, and of every part that stands there. What they take is held as any line's. None of this lets a line of a part
 //! pass: the part's own rules do not see these lines, and miss what is not there.
 
+use super::evidence::{Checked, Evidence};
 use super::prints::PrintedPart;
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::geom::Vec3;
 use crate::section::{Section, Sections};
-use crate::trace::{Trace, TraceMove};
+use crate::trace::TraceMove;
 
 /// How far the middle of a brim's line may lie inside its part's outline, mm: bottoms are compensated and rounded.
 const INSIDE_MM: f64 = 0.05;
@@ -24,7 +25,8 @@ const SHORT_MM: f64 = 1.0;
 const SPACING_MM: f64 = 0.5;
 
 /// Holds all such lines of the program.
-pub(super) fn check(trace: &Trace, printed: &[Option<PrintedPart<'_>>], findings: &mut Findings) {
+pub(super) fn check(&Evidence { trace, printed, .. }: &Evidence<'_>) -> Checked {
+    let mut findings = Findings::default();
     let mut standing: Option<Vec<(usize, Section)>> = None;
     for m in trace.moves().filter(|m| m.prints() && m.role == Role::Adhesion) {
         let print = trace.state(&m).print.and_then(|p| printed.get(p as usize)?.as_ref());
@@ -35,6 +37,7 @@ pub(super) fn check(trace: &Trace, printed: &[Option<PrintedPart<'_>>], findings
             findings.add(Rule::OutsidePart, at, [0.0, 0.0], || format!("a skirt or brim {why}"));
         }
     }
+    findings.into()
 }
 
 /// The outline in which each part on the table stands there.

@@ -6,9 +6,10 @@
 
 use std::f64::consts::PI;
 
+use super::Planned;
 use super::acts::{Acts, Go, Kind};
+use super::evidence::{Checked, Evidence, Figures};
 use super::report::{FindingPlace, Findings, Rule, Standing};
-use super::{Planned, ReplayJob};
 use crate::gcode::marks::Role;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::planning::balance::{self, FALLS, Foot, Weight};
@@ -47,13 +48,9 @@ struct Pose {
     tilt_deg: f64,
 }
 
-/// Holds every state of the program; where it stands worst.
-pub(super) fn check(
-    acts: &Acts<'_>,
-    job: &ReplayJob<'_>,
-    planned: &[Planned],
-    findings: &mut Findings,
-) -> Option<Standing> {
+/// Asks of every state of the program whether all stands; states where it stands worst.
+pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Checked {
+    let mut findings = Findings::default();
     let body = job.workpiece.model.bodies();
     let (kinematics, process) = (job.profile.kinematics(), &job.profile.process);
     let mut balance = Balance {
@@ -68,7 +65,7 @@ pub(super) fn check(
     let mut at = FindingPlace::default();
     for m in acts.trace.moves() {
         if acts.trace.turns(&m) || acts.trace.has_new_pose(&m) {
-            balance.ask(at, findings);
+            balance.ask(at, &mut findings);
             balance.bodies.iter_mut().for_each(|body| body.printed = None);
             let pose = acts.trace.state(&m).pose().map(|pose| kinematics.forward(pose).inverse());
             balance.pose = pose.map(|back| {
@@ -76,14 +73,14 @@ pub(super) fn check(
                 Pose { back, down, tilt_deg: balance::tilt(&down).deg() }
             });
             at.line = m.line;
-            balance.ask(at, findings);
+            balance.ask(at, &mut findings);
         }
         if let Some(place) = balance.lay(acts, &m) {
             at = place;
         }
     }
-    balance.ask(at, findings);
-    balance.worst
+    balance.ask(at, &mut findings);
+    Checked { findings, figures: Figures::Standing(balance.worst) }
 }
 
 impl Balance<'_> {

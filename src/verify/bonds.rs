@@ -5,8 +5,9 @@
 use hashbrown::HashMap;
 
 use super::ReplayJob;
+use super::evidence::{Checked, Evidence, Figures};
 use super::prints::{Level, PrintedPart};
-use super::report::InterfaceFill;
+use super::report::{Findings, InterfaceFill};
 use crate::geom::{Bounds, Table, Vec3};
 use crate::mesh::{INTERFACE_GAP_MM, Interface, TriangleMesh};
 use crate::section::to_segment;
@@ -25,7 +26,11 @@ const CELL_MM: f64 = 1.5;
 const STEP_MM: f64 = 1.0;
 
 /// Each interface of the model whose two parts were printed.
-pub(super) fn filled(printed: &[Option<PrintedPart<'_>>], job: &ReplayJob<'_>) -> Vec<InterfaceFill> {
+pub(super) fn check(evidence: &Evidence<'_>) -> Checked {
+    Checked { findings: Findings::default(), figures: Figures::Interfaces(filled(evidence)) }
+}
+
+fn filled(&Evidence { printed, job, .. }: &Evidence<'_>) -> Vec<InterfaceFill> {
     let of = |part: usize| printed.iter().flatten().find(|print| print.planned.part == part);
     let each = job.workpiece.model.interfaces.iter().filter_map(|one| {
         let prints = [of(one.a)?, of(one.b)?];

@@ -14,13 +14,14 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+use super::evidence::{Checked, Evidence};
 use super::flow::RATE_SLACK;
 use super::report::{FindingPlace, Findings, Rule};
 use super::{Planned, ReplayJob, prints};
 use crate::gcode::marks::{Expect, Role};
 use crate::overhang::laid_of;
 use crate::section::{PlanePoint, Section, Sections, march};
-use crate::trace::{Trace, TraceMove};
+use crate::trace::TraceMove;
 
 /// How much nearer to a part than half of its width a line may lie, mm: outlines are cut in the middle of layers, and rounded.
 const NEARER_MM: f64 = 0.05;
@@ -32,7 +33,8 @@ const SHORT_MM: f64 = 1.0;
 const SAME_MM: f64 = 1.5e-3;
 
 /// Holds all supports of the program.
-pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned], findings: &mut Findings) {
+pub(super) fn check(&Evidence { trace, job, planned, .. }: &Evidence<'_>) -> Checked {
+    let mut findings = Findings::default();
     let flows = prints::stated_flows(trace, planned.len());
     let of = |number: usize| -> Vec<TraceMove> {
         let its = |m: &TraceMove| m.prints() && trace.state(m).print == Some(number as u32);
@@ -46,6 +48,7 @@ pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned], fin
             findings.add(Rule::OutsidePart, at, [0.0, 0.0], || text);
         }
     }
+    findings.into()
 }
 
 /// The supports of one part.

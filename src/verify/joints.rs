@@ -3,9 +3,9 @@
 //! Lines of two prints of one setup are held against each other where they lie at one height: from the middle of one to the middle of the
 //! other, seen from above, less half of each one's width. Two stretches that do not cross are nearest at an end of one, so the figure is exact.
 
-use super::ReplayJob;
+use super::evidence::{Checked, Evidence, Figures};
 use super::prints::{Level, PrintedPart};
-use super::report::JointRoom;
+use super::report::{Findings, JointRoom};
 use crate::geom::Bounds;
 use crate::section::{PlanePoint, Segment, to_segment};
 
@@ -15,7 +15,11 @@ const NEAR_MM: f64 = 1.0;
 const SHARED: f64 = 0.1;
 
 /// By pair of parts the least room between their lines, for those that come nearer than [`NEAR_MM`]; the narrowest first.
-pub(super) fn rooms(printed: &[Option<PrintedPart<'_>>], job: &ReplayJob<'_>) -> Vec<JointRoom> {
+pub(super) fn check(evidence: &Evidence<'_>) -> Checked {
+    Checked { findings: Findings::default(), figures: Figures::Joints(rooms(evidence)) }
+}
+
+fn rooms(&Evidence { printed, job, .. }: &Evidence<'_>) -> Vec<JointRoom> {
     let touch = |a: usize, b: usize| {
         let two = [a.min(b), a.max(b)];
         job.workpiece.model.interfaces.iter().any(|one| [one.a, one.b] == two)
@@ -32,7 +36,7 @@ pub(super) fn rooms(printed: &[Option<PrintedPart<'_>>], job: &ReplayJob<'_>) ->
             let (a, b) = (one.planned, other.planned);
             let beside = a.part != b.part && a.setup == b.setup && bounds.meets(other_bounds);
             if beside && !touch(a.part, b.part) {
-                found.extend(room((one, bounds), (other, other_bounds)));
+                found.extend(room(one, bounds, other, other_bounds));
             }
         }
     }
@@ -69,10 +73,7 @@ fn stretches(print: &PrintedPart<'_>, level: &Level, within: &Bounds) -> Vec<Str
 }
 
 /// The least room between two prints of one setup, each with its part's box.
-fn room(
-    (one, of_one): (&PrintedPart<'_>, &Bounds),
-    (other, of_other): (&PrintedPart<'_>, &Bounds),
-) -> Option<JointRoom> {
+fn room(one: &PrintedPart<'_>, of_one: &Bounds, other: &PrintedPart<'_>, of_other: &Bounds) -> Option<JointRoom> {
     let mut best: Option<JointRoom> = None;
     let mut first = 0;
     for level in &one.levels {

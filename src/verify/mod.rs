@@ -48,6 +48,7 @@ mod commands;
 mod coverage;
 mod depth;
 mod doubled;
+mod evidence;
 mod field;
 mod fill;
 mod floor;
@@ -72,6 +73,7 @@ mod rings;
 mod rules;
 mod settings;
 mod shape;
+mod stated;
 mod support;
 mod survey;
 mod table;
@@ -85,7 +87,7 @@ mod walk;
 
 pub use report::{
     CLEARANCE_CAP_MM, Finding, InterfaceFill, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing,
-    TableUse,
+    StatedSetting, TableUse, WALL_STARTS, WallStart,
 };
 pub use rules::{RULES, RuleLimit, RuleStatement};
 pub use survey::{HeadRoom, SURVEYED_MM};
@@ -96,6 +98,9 @@ use crate::planning::{Plan, Workpiece};
 use crate::profile::Profile;
 use crate::trace::{self, Trace};
 use acts::Acts;
+use evidence::{Check, Evidence};
+use rayon::prelude::*;
+use report::Findings;
 
 /// A print of the plan, with its place in the order.
 #[derive(Clone, Copy, Debug)]
@@ -129,42 +134,33 @@ pub fn verify(bytes: &[u8], job: &ReplayJob<'_>) -> Report {
     let trace = trace::read(bytes, &job.profile.trace_setting());
     let printed = prints::gather(&trace, job, &planned);
     let acts = Acts::new(&trace, job.profile, &printed);
-    let (walked, (checked, prints)) = rayon::join(
-        || walk::walk(&acts, job, &planned),
-        || {
-            let program =
-                || rayon::join(|| program::check(bytes, &trace, job, &planned), || reading::check(bytes, job));
-            rayon::join(program, || shape::check(&printed))
-        },
-    );
-    let (checked, read) = checked;
-    let mut all = checked.findings;
-    all.absorb(walked.findings);
-    all.absorb(read);
-    all.absorb(prints);
-    adhesion::check(&trace, &printed, &mut all);
-    prime::check(&trace, job, &mut all);
-    holding::check(&trace, job, &planned, &mut all);
-    let standing = balance::check(&acts, job, &planned, &mut all);
-    let table = table::check(&acts, job, &mut all);
-    let (findings, counts) = all.finish();
-    Report {
-        findings,
-        counts,
-        clearance_mm: walked.clearance,
-        clearance_line: walked.clearance_line,
-        clearance_at: walked.clearance_at,
-        standing,
-        joints: joints::rooms(&printed, job),
-        interfaces: bonds::filled(&printed, job),
-        table,
-        moves: trace.len(),
-        slots: checked.tally.slots(&planned),
-        filament_mm: checked.tally.filament,
-        seconds_print: trace.seconds,
-        steps: walked.steps,
+    let evidence = Evidence { bytes, trace: &trace, job, planned: &planned, printed: &printed, acts: &acts };
+    let mut report = Report::of_moves(trace.len(), trace.seconds);
+    let mut all = Findings::default();
+    let checked: Vec<_> = CHECKS.par_iter().with_max_len(1).map(|check| check(&evidence)).collect();
+    for one in checked {
+        all.absorb(one.findings);
+        one.figures.state_in(&mut report);
     }
+    (report.findings, report.counts) = all.finish();
+    report
 }
+
+/// All checks, beginning with those that take longest.
+const CHECKS: [Check; 12] = [
+    walk::check,
+    shape::check,
+    bonds::check,
+    program::check,
+    reading::check,
+    holding::check,
+    balance::check,
+    table::check,
+    adhesion::check,
+    prime::check,
+    joints::check,
+    stated::check,
+];
 
 /// What room the head has to what it does not print on, move by move, for pictures: `trace` is the program's.
 pub fn rooms(trace: &Trace, job: &ReplayJob<'_>) -> Vec<HeadRoom> {

@@ -5,6 +5,7 @@
 //! scrape it off and carry it along. What the head does above it is for [`super::walk`].
 
 use super::ReplayJob;
+use super::evidence::{Checked, Evidence};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::geom::Bounds;
 use crate::geom::convex::{separation, support};
@@ -12,7 +13,8 @@ use crate::profile::{self, Prime};
 use crate::trace::{Trace, TraceMove, Zone};
 
 /// Holds all filament that is laid before the first slot.
-pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, findings: &mut Findings) {
+pub(super) fn check(&Evidence { trace, job, .. }: &Evidence<'_>) -> Checked {
+    let mut findings = Findings::default();
     let mut primes = Vec::new();
     for m in trace.moves().take_while(|m| trace.state(m).zone == Zone::Start).filter(TraceMove::prints) {
         let at = FindingPlace { line: m.line, slot: None, part: None };
@@ -27,6 +29,7 @@ pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, findings: &mut Findings)
             format!("the prime line is {room:.2} mm from the print at line {by} (minimum {least:.2} mm); move it in dialect.start")
         });
     });
+    findings.into()
 }
 
 /// The line of a print that comes nearest to it of those that come too near: how near, how near it may, and where in the file.

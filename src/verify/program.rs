@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::astray::{POSE_DEG, PoseError, pose_error};
 use super::commands::{Permitted, fits, name_of};
+use super::evidence::{Checked, Evidence, Figures};
 use super::heaters::Heaters;
 use super::homing::Homing;
 use super::report::{FindingPlace, Findings, Rule};
@@ -38,17 +39,11 @@ fn slowest(profile: &Profile) -> f64 {
     asked.iter().fold(SLOWEST_MM_PER_S, |least, speed| least.min(speed / 2.0))
 }
 
-/// What was counted on the way.
-pub(super) struct Checked {
-    pub(super) findings: Findings,
-    pub(super) tally: Tally,
-}
-
-/// Holds the program against the machine and the plan.
-pub(super) fn check(bytes: &[u8], trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned]) -> Checked {
-    let mut checker = Checker::new(bytes, trace, job, planned);
-    let mut events = trace.events.iter().peekable();
-    for m in trace.moves() {
+/// Compares the program with the machine and the plan.
+pub(super) fn check(evidence: &Evidence<'_>) -> Checked {
+    let mut checker = Checker::new(evidence);
+    let mut events = evidence.trace.events.iter().peekable();
+    for m in evidence.trace.moves() {
         while let Some(event) = events.next_if(|e| e.before as usize <= m.index) {
             checker.event(event);
         }
@@ -100,7 +95,8 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn new(bytes: &'a [u8], trace: &'a Trace, job: &'a ReplayJob<'a>, planned: &'a [Planned]) -> Self {
+    fn new(evidence: &Evidence<'a>) -> Self {
+        let &Evidence { bytes, trace, job, planned, .. } = evidence;
         let profile = job.profile;
         let (permitted, firmware, table) = (Permitted::by(&profile.dialect), profile.firmware(), profile.kinematics());
         Self {
@@ -544,7 +540,8 @@ impl<'a> Checker<'a> {
                 format!("the end code's {missing:?} is missing: heaters or motors may stay on")
             });
         }
-        Checked { findings: self.findings, tally: self.tally }
+        let figures = Figures::Printed { slots: self.tally.slots(self.planned), filament_mm: self.tally.filament };
+        Checked { findings: self.findings, figures }
     }
 
     /// The first line of the profile's end code that does not follow the end's mark, in order.

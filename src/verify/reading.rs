@@ -6,6 +6,7 @@
 
 use super::ReplayJob;
 use super::commands::Permitted;
+use super::evidence::{Checked, Evidence};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::{Mark, mark};
 use crate::gcode::meaning::Firmware;
@@ -13,7 +14,7 @@ use crate::gcode::{LineKind, LineRules, Misreading, NumberedLine, ParsedLine, Pl
 use crate::trace::Zone;
 
 /// Holds every line of the file.
-pub(super) fn check(bytes: &[u8], job: &ReplayJob<'_>) -> Findings {
+pub(super) fn check(&Evidence { bytes, job, .. }: &Evidence<'_>) -> Checked {
     let mut reader = Reader::new(job);
     if text_start(bytes) > 0 {
         reader.byte_order_mark(bytes);
@@ -26,7 +27,7 @@ pub(super) fn check(bytes: &[u8], job: &ReplayJob<'_>) -> Findings {
             reader.take(&line, &parsed);
         }
     }
-    reader.findings
+    reader.findings.into()
 }
 
 /// No firmware reads fewer bytes of a line.

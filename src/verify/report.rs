@@ -107,6 +107,10 @@ pub struct Report {
     pub interfaces: Vec<InterfaceFill>,
     /// What the table has to do.
     pub table: TableUse,
+    /// Where printing goes on with an outer wall after a turn: a blob shows there. In the file's order, the first [`WALL_STARTS`].
+    pub wall_starts: Vec<WallStart>,
+    /// Settings of which the file states less than the profile has: what is missing by them is no finding.
+    pub stated: Vec<StatedSetting>,
     /// Moves of any axis.
     pub moves: usize,
     /// Slots in which something was printed.
@@ -181,6 +185,30 @@ pub struct TableUse {
     pub torque_line: u32,
 }
 
+/// A line of an outer wall with which printing goes on after the table has turned.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WallStart {
+    /// The line in the file.
+    pub line: u32,
+    /// The part that it is of.
+    pub part: usize,
+    /// Where it begins, table frame, mm.
+    pub at_mm: [f64; 3],
+}
+
+/// A setting of which a file states less than the profile has.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StatedSetting {
+    /// Its key in `[process]`; `multiplier` is the slicer's factor on all filament.
+    pub setting: &'static str,
+    /// What the file states; 0 infill for none.
+    pub file: f64,
+    /// What the profile has.
+    pub profile: f64,
+    /// The parts whose prints state it.
+    pub parts: Vec<usize>,
+}
+
 /// How many times over something is held on the table, by what of its first layer lies there, at the worst of all poses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Standing {
@@ -198,10 +226,34 @@ pub struct Standing {
 
 /// How many findings of one rule are kept.
 pub const KEPT_PER_RULE: usize = 20;
+/// How many starts on outer walls are listed.
+pub const WALL_STARTS: usize = 1000;
 /// Room beyond this is not told apart, mm.
 pub const CLEARANCE_CAP_MM: f64 = 50.0;
 
 impl Report {
+    /// Of a program of so many moves, nothing of which is checked yet.
+    pub(super) fn of_moves(moves: usize, seconds_print: f64) -> Self {
+        Self {
+            findings: Vec::new(),
+            counts: BTreeMap::new(),
+            clearance_mm: CLEARANCE_CAP_MM,
+            clearance_line: 0,
+            clearance_at: None,
+            standing: None,
+            joints: Vec::new(),
+            interfaces: Vec::new(),
+            table: TableUse::default(),
+            wall_starts: Vec::new(),
+            stated: Vec::new(),
+            moves,
+            slots: 0,
+            filament_mm: 0.0,
+            seconds_print,
+            steps: 0,
+        }
+    }
+
     /// Whether nothing was found.
     pub fn is_clean(&self) -> bool {
         self.counts.is_empty()

@@ -3,9 +3,10 @@
 
 use std::f64::consts::PI;
 
-use super::ReplayJob;
-use super::acts::{Acts, Go, Kind};
-use super::report::{FindingPlace, Findings, Rule, TableUse};
+use super::Planned;
+use super::acts::{Acts, Go, Kind, Stroke};
+use super::evidence::{Checked, Evidence, Figures};
+use super::report::{FindingPlace, Findings, Rule, TableUse, WALL_STARTS, WallStart};
 use crate::gcode::marks::Role;
 use crate::geom::Vec3;
 use crate::motion::{Pose, TableKinematics, TiltAbout};
@@ -26,11 +27,14 @@ struct Table<'a> {
     /// Since the last printed line: seconds, and whether the table turned.
     waited: Option<(f64, bool)>,
     acts: &'a Acts<'a>,
+    planned: &'a [Planned],
     used: TableUse,
+    wall_starts: Vec<WallStart>,
 }
 
 /// Goes through the program; a print that pulls harder than `[kinematics.tilt] holding_nm` is a finding.
-pub(super) fn check(acts: &Acts<'_>, job: &ReplayJob<'_>, findings: &mut Findings) -> TableUse {
+pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Checked {
+    let mut findings = Findings::default();
     let kinematics = job.profile.kinematics();
     let square = if kinematics.about == TiltAbout::X { Vec3::x() } else { Vec3::y() };
     let axis = kinematics.misaligned.as_ref().map_or(square, |axes| axes.tilt);
@@ -44,11 +48,13 @@ pub(super) fn check(acts: &Acts<'_>, job: &ReplayJob<'_>, findings: &mut Finding
         at: FindingPlace::default(),
         waited: None,
         acts,
+        planned,
         used: TableUse::default(),
+        wall_starts: Vec::new(),
     };
     acts.trace.moves().for_each(|m| table.take(&m));
     table.weigh(None);
-    let used = table.used;
+    let Table { used, wall_starts, .. } = table;
     if let Some(holds) = job.profile.kinematics.tilt.holding_nm.filter(|holds| used.torque_nm > *holds) {
         let at = FindingPlace { line: used.torque_line, ..FindingPlace::default() };
         findings.add(Rule::Standing, at, [used.torque_nm, holds], || {
@@ -58,7 +64,7 @@ pub(super) fn check(acts: &Acts<'_>, job: &ReplayJob<'_>, findings: &mut Finding
             )
         });
     }
-    used
+    Checked { findings, figures: Figures::Table { used, wall_starts } }
 }
 
 impl Table<'_> {
@@ -78,7 +84,7 @@ impl Table<'_> {
         match self.acts.go(m) {
             Some(Go::Stroke(stroke)) if stroke.kind == Kind::Print => {
                 self.at.line = m.line;
-                self.go_on(m);
+                self.go_on(m, &stroke);
                 let Some(pose) = self.pose else { return };
                 let middle = (stroke.from + stroke.to) / 2.0 - Vec3::z() * f64::from(stroke.height) / 2.0;
                 let back = self.kinematics.forward(pose).inverse();
@@ -94,15 +100,31 @@ impl Table<'_> {
     }
 
     /// Printing goes on with a line.
-    fn go_on(&mut self, m: &TraceMove) {
+    fn go_on(&mut self, m: &TraceMove, stroke: &Stroke) {
         if let Some((seconds, true)) = self.waited.replace((0.0, false)) {
             let used = &mut self.used;
             used.turns += 1;
             used.waiting_s += seconds;
-            used.starts_on_walls += usize::from(m.role == Role::OuterWall);
             if seconds > used.longest_s {
                 (used.longest_s, used.longest_line) = (seconds, m.line);
             }
+            if m.role == Role::OuterWall {
+                used.starts_on_walls += 1;
+                self.start_on_wall(stroke);
+            }
+        }
+    }
+
+    /// Lists a start on an outer wall, where its place on the table and its print are known.
+    fn start_on_wall(&mut self, stroke: &Stroke) {
+        let (Some(pose), Some(print)) = (self.pose, stroke.print.and_then(|print| self.planned.get(print as usize)))
+        else {
+            return;
+        };
+        if self.wall_starts.len() < WALL_STARTS {
+            let at = self.kinematics.forward(pose).inverse().point(stroke.from.into()).at;
+            let at_mm = <[f64; 3]>::from(at).map(|v| (v * 1e3).round() / 1e3 + 0.0);
+            self.wall_starts.push(WallStart { line: stroke.line, part: print.part, at_mm });
         }
     }
 

@@ -10,6 +10,7 @@ use super::ReplayJob;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
 use super::astray::{as_planned, is_astray};
 use super::depth::{DEEPEST_MM, Depth};
+use super::evidence::{Checked, Evidence, Figures};
 use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
@@ -51,17 +52,17 @@ const INTO_TABLE_MM: f64 = 0.005;
 pub(super) const LEVEL: f64 = 3.5e-4;
 
 /// What the walk found.
-pub(super) struct Walked {
-    pub(super) findings: Findings,
-    pub(super) clearance: f64,
-    pub(super) clearance_line: u32,
-    pub(super) clearance_at: Option<NearestApproach>,
-    /// Places of the head that were held against the field, and what was looked at for distances.
-    pub(super) steps: u64,
+struct Walked {
+    findings: Findings,
+    clearance: f64,
+    clearance_line: u32,
+    clearance_at: Option<NearestApproach>,
+    /// Places of the head that were compared with the field, and what was looked at for distances.
+    steps: u64,
 }
 
-/// Walks through `acts`.
-pub(super) fn walk(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) -> Walked {
+/// Walks through the program.
+pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Checked {
     let contact = contact_mm(job.profile);
     let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
     let mut walker = Walker {
@@ -110,7 +111,8 @@ pub(super) fn walk(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) ->
         }
     }
     walker.rest(acts.trace.lines);
-    walker.walked
+    let Walked { findings, clearance, clearance_line: line, clearance_at: at, steps } = walker.walked;
+    Checked { findings, figures: Figures::Clearance { mm: clearance, line, at, steps } }
 }
 
 /// For each print, the others that its part shares no face with; supports stand on what grows beside them, and close to it.

@@ -6,7 +6,7 @@
 mod amounts;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
@@ -68,10 +68,13 @@ fn with_e(line: &str, e: f64) -> String {
 
 impl Made {
     fn of(model: &str, slicer: &str) -> Self {
+        Self::on("generic-ac", model, slicer)
+    }
+
+    fn on(machine: &str, model: &str, slicer: &str) -> Self {
         let folder = folder();
         let (file, plan) = (folder.path().join("whole.gcode"), folder.path().join("plan.json"));
-        let document =
-            prepare(&fixture(model), "generic-ac", slicer, &file, &["--plan-out", &plan.display().to_string()]);
+        let document = prepare(&fixture(model), machine, slicer, &file, &["--plan-out", &plan.display().to_string()]);
         assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{model}, {slicer}");
         let lines: Vec<String> = std::fs::read_to_string(&file).unwrap().lines().map(str::to_owned).collect();
         let printed = printed(&lines);
@@ -117,9 +120,17 @@ impl Made {
 
     /// The findings of a rule in a changed file, with their sentences.
     fn findings(&self, lines: &[String], rule: &str) -> Vec<String> {
+        let report = self.report(lines);
+        let found = report["findings"].as_array().unwrap().iter().filter(|finding| finding["rule"] == rule);
+        found.map(|finding| finding["text"].as_str().unwrap().to_owned()).collect()
+    }
+
+    fn report(&self, lines: &[String]) -> Value {
         let file = self.folder.path().join("changed.gcode");
         std::fs::write(&file, lines.join("\n")).unwrap();
-        findings(&file, &self.plan, rule)
+        let run = trunnion().arg("verify").arg(file).arg("--plan").arg(&self.plan).arg("--json").output().unwrap();
+        assert!(matches!(run.status.code(), Some(0 | 1)), "{}", said(&run));
+        serde_json::from_slice(&run.stdout).unwrap()
     }
 
     /// The least size at which a change is found, of `sizes` from small to gross; all above it must be found too, and those from `must` on.
@@ -196,14 +207,6 @@ fn printed(lines: &[String]) -> Vec<Line> {
         line.from_top = of.len() - 1 - line.layer;
     }
     all
-}
-
-fn findings(file: &Path, plan: &Path, rule: &str) -> Vec<String> {
-    let run = trunnion().arg("verify").arg(file).arg("--plan").arg(plan).arg("--json").output().unwrap();
-    assert!(matches!(run.status.code(), Some(0 | 1)), "{}", said(&run));
-    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
-    let found = report["findings"].as_array().unwrap().iter().filter(|finding| finding["rule"] == rule);
-    found.map(|finding| finding["text"].as_str().unwrap().to_owned()).collect()
 }
 
 /// One in how many of a kind's lines, by their place in the file.

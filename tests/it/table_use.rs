@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use trunnion::mesh::stl_binary;
 
 use crate::pipeline::{fixture, prepare};
@@ -153,4 +153,29 @@ fn a_joint_that_does_not_meet_is_not_filled() {
     let half = program[..start].to_owned() + &half.collect::<Vec<_>>().join("\n") + "\n" + &program[end..];
     let report = changed(&half, folder.path(), &[]);
     assert!((0.125..0.3).contains(&share(&report)), "{}", report["interfaces"]);
+}
+
+/// With walls first printing goes on with a wall after the turn; with infill first it does not.
+#[test]
+fn starts_on_outer_walls_are_listed_with_their_places() {
+    let folder = folder();
+    let infill = machine(folder.path(), "[process]\ninfill_first = true\n");
+    let (_, report) = made(&fixture("two-boxes"), &infill, folder.path());
+    assert_eq!((&report["wall_starts"], &report["table"]["starts_on_walls"]), (&json!([]), &json!(0)));
+    let walls = machine(folder.path(), "[process]\nwalls = 1\n");
+    let (program, report) = made(&fixture("two-boxes"), &walls, folder.path());
+    let starts = report["wall_starts"].as_array().unwrap();
+    assert_eq!((starts.len(), &report["table"]["starts_on_walls"]), (1, &json!(1)));
+    // By hand: the travel before the line, at A90 C90 on this table (see the unit tests of `verify`): x' = -y, y' = -z - 20, z' = x - 20.
+    let line = starts[0]["line"].as_u64().unwrap() as usize;
+    let before: Vec<&str> = program.lines().take(line - 1).collect();
+    let last = |letter: char| -> f64 {
+        let word = |line: &&str| line.split(' ').find_map(|word| word.strip_prefix(letter)?.parse().ok());
+        before.iter().rev().filter(|line| line.starts_with('G')).find_map(word).unwrap()
+    };
+    let at: Vec<f64> = starts[0]["at_mm"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    for (found, by_hand) in at.iter().zip([last('Z') + 20.0, -last('X'), -last('Y') - 20.0]) {
+        assert!((found - by_hand).abs() < 2e-3, "{at:?}, by hand {by_hand}");
+    }
+    assert_eq!(starts[0]["part"], 1);
 }

@@ -1,12 +1,15 @@
-//! Walls are more than one thread thick where the settings want two or more.
+//! Walls are as many threads thick as the settings want, up to three: no thread is missing from all of them.
 
 use super::super::prints::PrintedPart;
 use super::super::report::Findings;
 use super::walls::{SPACING_MM, TELLING_LAYERS, TELLING_MM};
 use super::{Told, add};
 
-/// A wall is one thread where it is less than so many thick.
-const THREADS: f64 = 1.6;
+/// How thick a wall of some threads is at least, in widths of one: they overlap by a tenth, and the last may be half missing.
+const THREAD: f64 = 0.85;
+const LESS: f64 = 0.1;
+/// More threads than this are not told apart.
+const MOST_THREADS: u32 = 3;
 /// Beyond this it is not followed, mm; where the file states no number of walls, those of a wide nozzle may be one.
 const THICK_MM: f64 = 1.2;
 const UNSTATED_MM: f64 = 0.7;
@@ -16,7 +19,8 @@ const THINNER: usize = 10;
 
 pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
     let stated = printed.flow.inside.walls;
-    if printed.job.profile.process.walls < 2 || stated.is_some_and(|walls| walls < 2) {
+    let wanted = stated.unwrap_or(printed.job.profile.process.walls.min(2)).min(MOST_THREADS);
+    if wanted < 2 {
         return;
     }
     let tells = |layer: &&Told| layer.walls.depths().len() as f64 * SPACING_MM >= TELLING_MM;
@@ -28,14 +32,16 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     let middle = depths.len() / 2;
     let depth = f64::from(*depths.select_nth_unstable_by(middle, f32::total_cmp).1);
     let width = thin_width(printed);
-    let most = (THREADS * width).min(if stated.is_some() { THICK_MM } else { UNSTATED_MM });
+    let threads = THREAD * f64::from(wanted) - LESS;
+    let most = (threads * width).min(if stated.is_some() { THICK_MM } else { UNSTATED_MM });
     if depth < most {
         add(printed, layers[0].line, [depth, most], findings, || {
             format!(
-                "the walls of part {} are {depth:.2} mm thick in most places of {} layers, one line of {width:.2} mm (minimum {most:.2} mm; for \
-                 prints with one wall set [process] walls = 1)",
+                "the walls of part {} are {depth:.2} mm thick in most places of {} layers, but {wanted} lines of {width:.2} mm are wanted (minimum \
+                 {most:.2} mm; for fewer set [process] walls = {})",
                 printed.planned.part,
-                layers.len()
+                layers.len(),
+                wanted - 1
             )
         });
     }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde_json::json;
+
 use super::{Kind, Line, Made, agreed};
 use crate::pipeline::{fixture, prepare};
 use crate::support::{folder, installed, note, skip};
@@ -105,6 +107,61 @@ fn what_is_missing_from_a_whole_print() {
             assert!(!made.findings(&silent.collect::<Vec<_>>(), "fill").is_empty(), "{slicer}, {what}: hidden");
         }
     }
+}
+
+/// How far the line is inside the outer walls of its layer, which are about a box, mm.
+fn inward(made: &Made, line: &Line) -> f64 {
+    let beside =
+        made.printed.iter().filter(|one| one.kind == Kind::Outer && (one.print, one.layer) == (line.print, line.layer));
+    let mut sides = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for end in beside.flat_map(|one| [one.from, one.to]) {
+        for (side, v) in sides.iter_mut().zip(end) {
+            *side = [side[0].min(v), side[1].max(v)];
+        }
+    }
+    let to_side =
+        |p: [f64; 2]| sides.iter().zip(p).map(|([low, high], v)| (v - low).min(high - v)).fold(f64::INFINITY, f64::min);
+    to_side(line.from).max(to_side(line.to))
+}
+
+/// One thread of three is gone from all walls.
+#[test]
+fn two_walls_of_three() {
+    let folder = folder();
+    let three = folder.path().join("three.toml");
+    std::fs::write(&three, "extends = \"generic-ac\"\n[process]\nwalls = 3\n").unwrap();
+    for slicer in slicers() {
+        let made = Made::on(&three.display().to_string(), "two-boxes", slicer);
+        let innermost = |line: &Line| line.kind == Kind::Inner && inward(&made, line) > 0.6;
+        assert!(made.printed.iter().any(innermost), "{slicer}");
+        let lines = made.scaled(|line| if innermost(line) { 0.0 } else { 1.0 });
+        let found = made.findings(&lines, "fill");
+        assert!(found.iter().any(|text| text.contains("[process] walls = 2")), "{slicer}: {found:?}");
+    }
+}
+
+/// A header that states less than the profile is believed, and the report says so.
+#[test]
+fn what_a_header_states_is_in_the_report() {
+    let made = Made::of("two-boxes", "builtin");
+    let stated = |words: [&str; 2]| {
+        let lines: Vec<String> = made
+            .lines
+            .iter()
+            .map(|line| match line.starts_with(";TRUNNION expect ") {
+                true => line.replace(words[0], words[1]),
+                false => line.clone(),
+            })
+            .collect();
+        made.report(&lines)["stated"].clone()
+    };
+    let less = |setting: &str, file: f64, profile: f64| json!([{"setting": setting, "file": file, "profile": profile, "parts": [0, 1]}]);
+    assert_eq!(stated(["walls=2", "walls=2"]), json!([]));
+    assert_eq!(stated(["walls=2", "walls=3"]), json!([]));
+    assert_eq!(stated(["walls=2", "walls=1"]), less("walls", 1.0, 2.0));
+    assert_eq!(stated(["tops=4", "tops=2"]), less("top_layers", 2.0, 4.0));
+    assert_eq!(stated(["infill=1", "infill=0"]), less("infill", 0.0, 0.2));
+    assert_eq!(stated(["multiplier=1 ", "multiplier=0.95 "]), less("multiplier", 0.95, 1.0));
 }
 
 /// Thin shells without infill, where the profile or the user's own configuration wants them so.
