@@ -25,7 +25,7 @@ pub(super) struct Question {
 
 impl Question {
     /// How a layer with so much behind it lies on such `lines` of what is `held`, by a rule of which only [`OverhangRule::droops`] is ever another.
-    pub(super) fn of(rule: &OverhangRule, (lines, held): (&[[[f64; 2]; 2]], &SupportLines), memory: Memory) -> Self {
+    pub(super) fn of(rule: &OverhangRule, lines: &[[[f64; 2]; 2]], held: &SupportLines, memory: Memory) -> Self {
         let mut digest = Sha256::new();
         let widths = [held.line_mm, held.beside_mm];
         widths.iter().chain(lines.iter().flatten().flatten()).for_each(|v| digest.update(v.to_bits().to_le_bytes()));

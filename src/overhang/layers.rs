@@ -87,7 +87,7 @@ impl LayerJudge {
         stands: impl Fn(usize) -> bool,
         rule: &OverhangRule,
     ) -> Self {
-        Self::on(Stack::of(mesh, up, ground, rule), mesh, (up, ground), stands)
+        Self::on(Stack::of(mesh, up, ground, rule), mesh, up, ground, stands)
     }
 
     /// The same for whoever means to hold it: what slicers leave out where something [begins](Keels) is not there.
@@ -101,15 +101,10 @@ impl LayerJudge {
         let mut stack = Stack::of(mesh, up, ground, rule);
         let middles: Vec<f64> = (0..stack.answers.len()).map(|i| stack.middle(Some(i))).collect();
         stack.keels = Keels::of(&stack.sections, &middles, &ground.begins_mm, rule);
-        Self::on(stack, mesh, (up, ground), stands)
+        Self::on(stack, mesh, up, ground, stands)
     }
 
-    fn on<F>(
-        stack: Stack,
-        mesh: &TriangleMesh<F>,
-        (up, ground): (&Vec3, &Ground),
-        stands: impl Fn(usize) -> bool,
-    ) -> Self {
+    fn on<F>(stack: Stack, mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, stands: impl Fn(usize) -> bool) -> Self {
         let mut begins = stack.beginnings(&ground.begins_mm);
         // Above a keel something begins as well.
         begins.extend(stack.keels.layers().map(|i| i + 1).filter(|i| *i < stack.answers.len()));
@@ -132,7 +127,7 @@ impl LayerJudge {
     fn by(&self, rule: &OverhangRule, held: &SupportLines, enough: bool) -> Judged {
         let mut found = Judged::default();
         for run in &self.runs {
-            let Judged { hangs, places, droops } = self.stack.patches(run.clone(), &self.begins, (rule, held), enough);
+            let Judged { hangs, places, droops } = self.stack.patches(run.clone(), &self.begins, rule, held, enough);
             found.hangs.extend(hangs);
             found.places.extend(places);
             found.droops.extend(droops);
@@ -271,7 +266,8 @@ impl Stack {
         &self,
         run: RangeInclusive<usize>,
         begins: &BTreeSet<usize>,
-        (rule, held): (&OverhangRule, &SupportLines),
+        rule: &OverhangRule,
+        held: &SupportLines,
         enough: bool,
     ) -> Judged {
         let mut layers = Recent::default();
@@ -282,7 +278,7 @@ impl Stack {
             if i == 0 && self.table {
                 continue;
             }
-            let answer = self.answer((i, begins.contains(&i)), (rule, held), memory, &mut layers);
+            let answer = self.answer(i, begins.contains(&i), rule, held, memory, &mut layers);
             memory = answer.memory;
             let hangs = answer.pieces.iter().any(Piece::hangs);
             pieces.extend(answer.pieces);
@@ -299,8 +295,10 @@ impl Stack {
     /// What of layer `i` hangs and droops on such supports, and what is to be remembered of it.
     fn answer(
         &self,
-        (i, begins): (usize, bool),
-        (rule, held): (&OverhangRule, &SupportLines),
+        i: usize,
+        begins: bool,
+        rule: &OverhangRule,
+        held: &SupportLines,
         memory: Memory,
         layers: &mut Recent,
     ) -> Answer {
@@ -313,7 +311,7 @@ impl Stack {
         let begins = begins
             && *self.has_islands[i].get_or_init(|| {
                 let bare = bare.get_or_insert_with(|| self.without_supports(i, layers));
-                Step::has_islands(&layers.at(i, self), (bare, &self.near(i, layers)), rule)
+                Step::has_islands(&layers.at(i, self), bare, &self.near(i, layers), rule)
             });
         if beyond.is_empty() && !begins {
             // Whatever supports there are make no difference.
@@ -353,7 +351,7 @@ impl Stack {
             let memory = step.judged(memory, &mut pieces);
             Answer { pieces, memory }
         };
-        self.answers[i].of(Question::of(rule, (&lines, held), memory), fresh)
+        self.answers[i].of(Question::of(rule, &lines, held, memory), fresh)
     }
 
     /// What lies one layer of air below layer `i`; the table does below the second one.

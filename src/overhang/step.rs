@@ -136,7 +136,7 @@ impl Step<'_> {
         }
         let air = Air::of(&over, &self.below.region);
         for one in beyond.into_iter().filter(|one| area_mm2(one) >= NOTHING_MM2) {
-            self.stretch(one, (&over, &air), (memory, &mut next), pieces);
+            self.stretch(one, &over, &air, memory, &mut next, pieces);
         }
         next
     }
@@ -146,28 +146,30 @@ impl Step<'_> {
         if !self.begins {
             return (Region::new(), self.layer.clone());
         }
-        let is_island = Self::islands((self.below, self.near), fine_mm);
+        let is_island = Self::islands(self.below, self.near, fine_mm);
         self.layer.iter().cloned().partition(is_island)
     }
 
     /// Whether a piece lies on nothing and beside nothing.
-    fn islands((below, near): (&Below, &Region), fine_mm: f64) -> impl Fn(&Shape) -> bool {
+    fn islands(below: &Below, near: &Region, fine_mm: f64) -> impl Fn(&Shape) -> bool {
         let (below, near) = (below.grown(fine_mm, Corners::Sharp), grown(near, fine_mm, Corners::Sharp));
         let is_apart = |one: &Shape, from: &Region| and(&vec![one.clone()], from).is_empty();
         move |one| is_apart(one, &below) && is_apart(one, &near)
     }
 
     /// Whether one of a layer's pieces does, on what is `below` it and `near` to it.
-    pub(super) fn has_islands(layer: &Region, on: (&Below, &Region), rule: &OverhangRule) -> bool {
-        layer.iter().any(Self::islands(on, rule.fine_mm() + STEP_SLACK_MM))
+    pub(super) fn has_islands(layer: &Region, below: &Below, near: &Region, rule: &OverhangRule) -> bool {
+        layer.iter().any(Self::islands(below, near, rule.fine_mm() + STEP_SLACK_MM))
     }
 
     /// One connected stretch that is not fine.
     fn stretch(
         &self,
         one: Shape,
-        (over, air): (&Region, &Air),
-        (memory, next): (&Memory, &mut Memory),
+        over: &Region,
+        air: &Air,
+        memory: &Memory,
+        next: &mut Memory,
         pieces: &mut Vec<Piece>,
     ) {
         let rule = self.rule;
