@@ -173,13 +173,13 @@ fn rise() -> f64 {
 }
 
 /// The height at which an arm that leaves the stem at `z` is cut, so that the cut's centre lies at `x`.
-fn cut_height((z, x): (f64, f64)) -> f64 {
+fn cut_height(z: f64, x: f64) -> f64 {
     z + rise() / 2.0 + (x - STEM) * 20.0_f64.to_radians().tan()
 }
 
 fn box_arm(side: f64, level: (f64, f64)) -> (TriangleMesh<Object>, TriangleMesh<Object>) {
     let (z, x) = level;
-    let (cut, half) = (cut_height(level), THICK / 2.0);
+    let (cut, half) = (cut_height(z, x), THICK / 2.0);
     let end = THICK / 20.0_f64.to_radians().sin() / 2.0;
     let mut outline = [[STEM, z], [x + end, cut], [x - end, cut], [STEM, z + rise()]];
     outline.iter_mut().for_each(|corner| corner[0] *= side);
@@ -197,7 +197,7 @@ fn smooth_arm(
     centred: bool,
 ) -> (TriangleMesh<Object>, TriangleMesh<Object>) {
     let (z, x) = level;
-    let (cut, radius) = (cut_height(level), THICK / 2.0);
+    let (cut, radius) = (cut_height(z, x), THICK / 2.0);
     let slope = 20.0_f64.to_radians();
     let (start, foot) = (Vec3::new(side * STEM, 0.0, z + rise() / 2.0), Vec3::new(side * x, 0.0, cut));
     let along = Vec3::new(side * slope.cos(), 0.0, slope.sin());

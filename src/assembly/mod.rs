@@ -218,7 +218,7 @@ pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
     }
     for (a, b) in pairs() {
         let drawn_out = reaching.iter().find(|one| (one.0, one.1) == (a, b)).map(|one| one.2);
-        let Some(cut) = cut_apart(&parts, (a, b), (&trees[b], touch(a, b).is_some()), drawn_out)? else { continue };
+        let Some(cut) = cut_apart(&parts, a, b, &trees[b], touch(a, b).is_some(), drawn_out)? else { continue };
         parts[cut.part].mesh = cut.left;
         trees[cut.part] = BoxTree::new(&parts[cut.part].mesh);
         if drawn_out.is_none() {
@@ -295,8 +295,10 @@ struct CutOff {
 /// Cuts the overlap of parts `a < b` off from one of them: the one that was drawn out, else the later one where it stays whole.
 fn cut_apart(
     parts: &[Part],
-    (a, b): (usize, usize),
-    (tree, touch): (&BoxTree, bool),
+    a: usize,
+    b: usize,
+    tree: &BoxTree,
+    touch: bool,
     drawn_out: Option<usize>,
 ) -> Result<Option<CutOff>, FitError> {
     let (one, two) = (&parts[a], &parts[b]);

@@ -51,7 +51,7 @@ impl Report<'_> {
             })
             .collect();
         let sag = estimates.iter().find(|e| e.unknown == Unknown::Sag).map(|e| self.at_rim(e));
-        let refusals = self.refusals(&outliers, rms_mm, freedom, (bend.as_ref(), sag));
+        let refusals = self.refusals(&outliers, rms_mm, freedom, bend.as_ref(), sag);
         let places = self.places(state);
         ChainFit {
             chain,
@@ -119,7 +119,8 @@ impl Report<'_> {
         outliers: &[Outlier],
         rms_mm: f64,
         freedom: usize,
-        (bend, sag): (Option<&Bend>, Option<Sag>),
+        bend: Option<&Bend>,
+        sag: Option<Sag>,
     ) -> Vec<Refusal> {
         let mut all = Vec::new();
         let noise_mm = self.problem.touches.tip.repeats_to_mm;

@@ -163,7 +163,7 @@ fn facing<F>(
         trees[1].visit(&trees[0].bounds_of(facet).inflated(grown), |other| others.push(other));
         others.sort_unstable();
         for other in others {
-            let Some((area_mm2, gap_mm)) = shared(a, (facet, &outward), (b, other), apart.mm, least) else { continue };
+            let Some((area_mm2, gap_mm)) = shared(a, facet, &outward, b, other, apart.mm, least) else { continue };
             each(Facing { facets: [facet, other], outward, area_mm2, gap_mm });
         }
     }
@@ -172,8 +172,10 @@ fn facing<F>(
 /// The area of `facet` of `a` that faces `other` of `b`, mm², and how far that is, mm; `None` where they do not face each other.
 fn shared<F>(
     a: &TriangleMesh<F>,
-    (facet, outward): (usize, &Vec3),
-    (b, other): (&TriangleMesh<F>, usize),
+    facet: usize,
+    outward: &Vec3,
+    b: &TriangleMesh<F>,
+    other: usize,
     [least, most]: [f64; 2],
     least_cos: f64,
 ) -> Option<(f64, f64)> {

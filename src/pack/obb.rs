@@ -116,7 +116,7 @@ impl ObbTree {
             }
             // Nearest pairs are taken first, so that the bound soon cuts off the rest.
             let from = stack.len();
-            children(a, b, (i, j), &mut |(i, j)| {
+            children(a, b, i, j, &mut |i, j| {
                 stack.extend(sweep(&self.nodes[i].obb, &other.nodes[j].obb, &seen, &along).map(|near| (near, i, j)));
             });
             stack[from..].sort_by(|x, y| y.0.total_cmp(&x.0));
@@ -170,7 +170,7 @@ impl ObbTree {
                 continue;
             }
             let from = stack.len();
-            children(a, b, (i, j), &mut |(i, j)| {
+            children(a, b, i, j, &mut |i, j| {
                 let near = at_least(&self.nodes[i].obb, &other.nodes[j].obb, &seen);
                 if near < best {
                     stack.push((near, i, j));
@@ -192,14 +192,14 @@ pub(super) fn turned_about(pose: &Pose, about: &Vec3, axis: &Vec3, angle: f64) -
 }
 
 /// The pairs one level down: of the larger box of the two where both have children.
-fn children(a: &Node, b: &Node, (i, j): (usize, usize), visit: &mut dyn FnMut((usize, usize))) {
+fn children(a: &Node, b: &Node, i: usize, j: usize, visit: &mut dyn FnMut(usize, usize)) {
     let larger = a.obb.half.norm() >= b.obb.half.norm();
     match (&a.below, &b.below) {
-        (Below::Nodes(first, second), Below::Facet(_)) => [*first, *second].into_iter().for_each(|c| visit((c, j))),
+        (Below::Nodes(first, second), Below::Facet(_)) => [*first, *second].into_iter().for_each(|c| visit(c, j)),
         (Below::Nodes(first, second), Below::Nodes(..)) if larger => {
-            [*first, *second].into_iter().for_each(|c| visit((c, j)));
+            [*first, *second].into_iter().for_each(|c| visit(c, j));
         }
-        (_, Below::Nodes(first, second)) => [*first, *second].into_iter().for_each(|c| visit((i, c))),
+        (_, Below::Nodes(first, second)) => [*first, *second].into_iter().for_each(|c| visit(i, c)),
         (Below::Facet(_), Below::Facet(_)) => {}
     }
 }

@@ -159,7 +159,7 @@ impl Frame {
         for (class, width, colour) in [(EDGE, EDGE_WIDTH, INK), (JOINT, JOINT_WIDTH, JOINT_COLOUR)] {
             drawing.lines(regions.lines(class, paper), width, colour);
         }
-        self.outlines(drawing, &solids, (eye, &window), paper);
+        self.outlines(drawing, &solids, eye, &window, paper);
         for ghost in &self.ghosts {
             let outline = convex_outline(ghost.points.iter().map(seen).collect(), 0.0);
             let mut outline = clipped(outline, at, side);
@@ -179,7 +179,8 @@ impl Frame {
         &self,
         drawing: &mut Drawing,
         solids: &Solids,
-        (eye, window): (&Eye, &Window),
+        eye: &Eye,
+        window: &Window,
         paper: impl Fn([f64; 2]) -> [f64; 2],
     ) {
         for (index, surface) in self.surfaces.iter().enumerate().filter(|(_, surface)| surface.wanted) {

@@ -208,7 +208,7 @@ impl<'a> Build<'a> {
         } else if let Role::Aside(aside) = role {
             self.soup.warnings.push(aside.told(name.as_deref()));
         } else {
-            self.append((&to.id, &object), &transform, &Volume { role, name: name.clone() })?;
+            self.append(&to.id, &object, &transform, &Volume { role, name: name.clone() })?;
         }
         self.trail.push(step);
         let aside = matches!(role, Role::Aside(_)) && !self.counting;
@@ -221,7 +221,7 @@ impl<'a> Build<'a> {
         Ok(())
     }
 
-    fn append(&mut self, (id, object): (&str, &Object), transform: &Transform, of: &Volume) -> Result<(), Located> {
+    fn append(&mut self, id: &str, object: &Object, transform: &Transform, of: &Volume) -> Result<(), Located> {
         let Self { soup, roles, object: number, .. } = self;
         let (stretches, number, away) = (roles.stretches(id), *number, of.role == Role::Negative);
         let label = |soup: &Soup, name: Option<String>, away: bool| Label {

@@ -109,11 +109,11 @@ impl<'a> Reader<'a> {
             facts.push(Fact::number("process.nozzle_mm", &nozzle, ""));
         }
         self.chain(&mut facts);
-        let given = pieces.map_or((machine, "collisionProxies"), |document| (document, "proxies"));
+        let (document, list) = pieces.map_or((machine, "collisionProxies"), |document| (document, "proxies"));
         if pieces.is_some() && machine.count("collisionProxies") > 0 {
-            self.notes.push(format!("the pieces of {} count, those of {} do not", given.0.name(), machine.name()));
+            self.notes.push(format!("the pieces of {} count, those of {} do not", document.name(), machine.name()));
         }
-        let pieces = self.pieces(given)?;
+        let pieces = self.pieces(document, list)?;
         self.plate(&pieces, &mut facts)?;
         self.bodies(&pieces, &mut facts)?;
         let how = "the program knows B, which tilts, and C, which turns".to_owned();
@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn pieces(&self, (document, list): (&Document<'_>, &str)) -> Result<Vec<Piece<'a>>, ImportError> {
+    fn pieces(&self, document: &Document<'_>, list: &str) -> Result<Vec<Piece<'a>>, ImportError> {
         let shift = self.shift()?;
         let mut found = Vec::new();
         for i in 0..document.count(list) {
