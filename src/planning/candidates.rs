@@ -341,7 +341,7 @@ impl<'a> Setups<'a> {
     pub(super) fn owed_to_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Owed {
         let low = self.solids[part].points().iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         let level = (motion.rotation * Vec3::z() - Vec3::z()).norm() < SAME_SETUP;
-        Owed::to_table(self.profile, (self.options.margin_mm, low + self.options.pedestal_mm), level)
+        Owed::to_table(self.profile, self.options.margin_mm, low + self.options.pedestal_mm, level)
     }
 
     fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {

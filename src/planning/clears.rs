@@ -47,7 +47,7 @@ pub fn turn_struck(
     let parts: Vec<Solid> = workpiece.parts.iter().map(Solid::of).collect();
     let supports: Vec<(usize, Solid)> = supports.iter().map(|(part, mesh)| (*part, Solid::of(mesh))).collect();
     let (table, head, slab) = (profile.kinematics(), Head::of(profile), Solid::hull(profile.table_slab()));
-    let turns = Turns::with_supports(profile, &table, &head, (&parts, &supports, &slab));
+    let turns = Turns::with_supports(profile, &table, &head, &parts, &supports, &slab);
     turns.struck(slots).map(|struck| format!("{}; {REMEDY}", struck.text))
 }
 

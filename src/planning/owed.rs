@@ -60,7 +60,7 @@ impl Owed {
     ///
     /// On a level table nothing of the nozzle is lower than its tip. On a tilted one the rim of its flat is, and nothing there gives way:
     /// what the tip prints is then at least the half of a layer below it that lies above the plane in which the slicer cuts.
-    pub(super) fn to_table(profile: &Profile, (margin_mm, above_mm): (f64, f64), level: bool) -> Self {
+    pub(super) fn to_table(profile: &Profile, margin_mm: f64, above_mm: f64, level: bool) -> Self {
         let asked = if above_mm < margin_mm + contact_mm(profile) { 0.0 } else { margin_mm };
         let tip = if level {
             Share { mm: TOUCHING_MM, ..ironing(profile) }
@@ -137,11 +137,11 @@ mod tests {
         close(Owed::to_others(&profile, 0.5).rest.mm, 0.5);
         // Standing on it, and with its lowest point just below and above 5 mm and the contact.
         for (above, wanted) in [(0.0, 0.3536), (5.42, 0.3536), (5.43, 5.0)] {
-            close(Owed::to_table(&profile, (5.0, above), true).rest.mm, wanted);
+            close(Owed::to_table(&profile, 5.0, above, true).rest.mm, wanted);
         }
-        close(Owed::to_table(&profile, (0.1, 50.0), true).rest.mm, 0.3536);
+        close(Owed::to_table(&profile, 0.1, 50.0, true).rest.mm, 0.3536);
         // Tilted: the rim itself, half a layer of 0.2 mm above what is printed.
-        let [on, over] = [0.0, 5.43].map(|above| Owed::to_table(&profile, (5.0, above), false).tip);
+        let [on, over] = [0.0, 5.43].map(|above| Owed::to_table(&profile, 5.0, above, false).tip);
         assert_eq!((on.lift, on.wider, on.mm, over.mm), (0.1, 0.0, TOUCHING_MM, 5.0));
         assert_eq!(Owed::to_others(&profile, 0.0).tip.mm, TOUCHING_MM);
     }

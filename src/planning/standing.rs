@@ -60,7 +60,7 @@ pub fn droops(
             return None;
         }
         let neighbours = options.known.neighbours(workpiece, part);
-        let all = neighbours.droops(&workpiece.parts[part], up, (&rule, options.together));
+        let all = neighbours.droops(&workpiece.parts[part], up, &rule, options.together);
         let area_mm2: f64 = all.iter().map(|droop| droop.area_mm2).sum();
         let droop_mm = all.iter().map(|droop| droop.droop_mm).fold(0.0, f64::max);
         let most = all.first().filter(|_| area_mm2 >= TOLD_MM2)?;

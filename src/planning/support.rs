@@ -249,7 +249,8 @@ impl Neighbours {
         &self,
         mesh: &TriangleMesh<Table>,
         up: Dir<Table>,
-        (rule, together): (&OverhangRule, bool),
+        rule: &OverhangRule,
+        together: bool,
     ) -> Vec<Droop> {
         let lies = |f: usize| self.carries(mesh, f);
         overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new(), together), lies, rule, false).droops

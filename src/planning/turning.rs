@@ -92,7 +92,7 @@ struct Standing<'p> {
 
 impl<'a> Turns<'a> {
     pub(super) fn of(setups: &'a Setups<'a>) -> Self {
-        Self::with_supports(setups.profile, &setups.table, &setups.head, (&setups.solids, &[], &setups.slab))
+        Self::with_supports(setups.profile, &setups.table, &setups.head, &setups.solids, &[], &setups.slab)
     }
 
     /// Those of parts, the supports of some of them, by part, and the table's slab.
@@ -100,7 +100,9 @@ impl<'a> Turns<'a> {
         profile: &'a Profile,
         table: &'a TableKinematics,
         head: &'a Head,
-        (parts, supports, slab): (&'a [Solid], &'a [(usize, Solid)], &'a Solid),
+        parts: &'a [Solid],
+        supports: &'a [(usize, Solid)],
+        slab: &'a Solid,
     ) -> Self {
         let reach = |solid: &Solid| solid.points().iter().map(|p| p.norm()).fold(0.0, f64::max);
         let frame = profile.fixed_bodies().into_iter().map(|b| (b.name, Solid::hull(b.points))).collect();
@@ -177,7 +179,7 @@ impl<'a> Turns<'a> {
         // One axis after the other: rotation, then tilt.
         let between = Pose { rotation: to.rotation, ..from };
         let legs = [(from, between), (between, to)];
-        legs.into_iter().filter(|(a, b)| a != b).find_map(|leg| self.leg(leg, &tips, standing))
+        legs.into_iter().filter(|(from, to)| from != to).find_map(|(from, to)| self.leg(from, to, &tips, standing))
     }
 
     fn first_turn(&self, standing: &Standing<'_>, above: bool) -> String {
@@ -196,7 +198,7 @@ impl<'a> Turns<'a> {
     }
 
     /// Steps through the turn of one axis.
-    fn leg(&self, (from, to): (Pose, Pose), tips: &Bounds, standing: &Standing<'_>) -> Option<(Option<usize>, String)> {
+    fn leg(&self, from: Pose, to: Pose, tips: &Bounds, standing: &Standing<'_>) -> Option<(Option<usize>, String)> {
         let (tilt, rotation) = (to.tilt - from.tilt, to.rotation - from.rotation);
         let length = self.radius(standing.printed) * (tilt.abs().rad() + rotation.abs().rad());
         let head = head_over(tips, standing.height);
