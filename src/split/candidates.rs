@@ -144,7 +144,7 @@ pub(super) fn spacing(part: &Measured, up: &Vec3, heights: &[f64]) -> f64 {
 
 /// Offsets along `up` from the top down, no farther than `window` mm from `middle`, and none where [`offsets`] has none: heights of
 /// vertices, the nearest, and an even spread that keeps away from them, since a cut beside a vertex leaves slivers.
-pub(super) fn around(part: &Measured, up: &Vec3, heights: &[f64], (middle, window): (f64, f64)) -> Vec<f64> {
+pub(super) fn around(part: &Measured, up: &Vec3, heights: &[f64], middle: f64, window: f64) -> Vec<f64> {
     let [low, top] = reach(part, up, heights);
     let fits = |c: &f64| (c - middle).abs() <= window && *c >= low - SAME_MM && *c <= top - SAME_MM;
     let mut all: Vec<f64> = heights.iter().copied().filter(fits).collect();

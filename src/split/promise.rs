@@ -50,11 +50,13 @@ pub(super) enum Known<S> {
 impl<S> Promise<S> {
     pub(super) fn new(
         plane: Plane,
-        (taken, tops): (Taken, Vec<u32>),
+        taken: Taken,
+        tops: Vec<u32>,
         stays_mm2: f64,
-        rank: (i64, usize, bool),
+        worth: i64,
+        setups: usize,
+        odd: bool,
     ) -> Self {
-        let (worth, setups, odd) = rank;
         let (seam_mm2, made, answers) = (OnceLock::new(), OnceLock::new(), Mutex::default());
         Self { plane, taken, stays_mm2, worth, setups, odd, tops, seam_mm2, made, answers }
     }

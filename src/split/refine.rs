@@ -109,7 +109,7 @@ impl BeamSearch<'_> {
         let points: Vec<Vec3> = steps[i].tops.iter().chain(&steps[j].tops).copied().collect();
         let tops: Vec<u32> = points.iter().filter_map(|p| vertex(&before, p)).collect();
         let taken = if all { Taken::All } else { Taken::With(tops.clone()) };
-        let promise = Promise::new(plane, (taken, tops), 0.0, (0, 0, steps[i].odd && steps[j].odd));
+        let promise = Promise::new(plane, taken, tops, 0.0, 0, 0, steps[i].odd && steps[j].odd);
         let made = self.child(&before, &promise).ok()?;
         self.repeated(self.repeated(made, &steps[i + 1..j])?, &steps[j + 1..])
     }
@@ -119,7 +119,7 @@ impl BeamSearch<'_> {
         steps.iter().try_fold(state, |state, step| {
             let tops: Option<Vec<u32>> = step.tops.iter().map(|p| vertex(&state, p)).collect();
             let taken = if step.all { Taken::All } else { Taken::With(tops.clone()?) };
-            let promise = Promise::new(step.plane, (taken, tops.unwrap_or_default()), 0.0, (0, 0, step.odd));
+            let promise = Promise::new(step.plane, taken, tops.unwrap_or_default(), 0.0, 0, 0, step.odd);
             self.child(&state, &promise).ok()
         })
     }
@@ -127,7 +127,7 @@ impl BeamSearch<'_> {
     /// Planes near that of `step` that promise more, the most promising first.
     fn moves(&self, before: &SplitState, step: &CutStep) -> Vec<StatePromise> {
         let limit = self.worth(before, step).unwrap_or(f64::INFINITY);
-        let mut all = self.shifted(before, step, &step.plane, (limit, whole(step.seam_mm2), step.odd));
+        let mut all = self.shifted(before, step, &step.plane, limit, whole(step.seam_mm2), step.odd);
         if step.odd {
             let exact = self.ground.exact_directions();
             let mut near: Vec<&Vec3> = exact.iter().filter(|up| up.dot(&step.plane.normal) > NEAR_COSINE).collect();
@@ -135,7 +135,7 @@ impl BeamSearch<'_> {
             let middle = step.seam_middle();
             for up in near.into_iter().take(SNAPS) {
                 let plane = Plane { normal: *up, offset_mm: up.dot(&middle) };
-                all.extend(self.shifted(before, step, &plane, (limit, i64::MAX, false)).into_iter().take(1));
+                all.extend(self.shifted(before, step, &plane, limit, i64::MAX, false).into_iter().take(1));
             }
         }
         all
@@ -149,28 +149,36 @@ impl BeamSearch<'_> {
         worth
     }
 
-    /// Planes parallel to `plane` and near it that promise more than a worth and a seam, apart from each other.
-    fn shifted(&self, before: &SplitState, step: &CutStep, plane: &Plane, than: (f64, i64, bool)) -> Vec<StatePromise> {
-        let (up, odd, limit) = (&plane.normal, than.2, whole(than.0));
+    /// Planes parallel to `plane` and near it that promise more than a worth of `limit` and a seam of `seam_limit`, apart from each other.
+    fn shifted(
+        &self,
+        before: &SplitState,
+        step: &CutStep,
+        plane: &Plane,
+        limit: f64,
+        seam_limit: i64,
+        odd: bool,
+    ) -> Vec<StatePromise> {
+        let up = &plane.normal;
         let mut sweep = Sweep::new(&before.rest, &before.upright, up, &self.ground.rules);
         let window = spacing(&before.rest, up, &sweep.heights);
         let mut found: Vec<((i64, i64), StatePromise)> = Vec::new();
         let (mut middle, mut reach) = (plane.offset_mm, window);
         // A second time about the best, finer.
         for _ in 0..2 {
-            let offsets = around(&before.rest, up, &sweep.heights, (middle, reach));
+            let offsets = around(&before.rest, up, &sweep.heights, middle, reach);
             let mut told = Vec::new();
             sweep.run(&offsets, |c, beyond| told.extend(taken(before, step, beyond).map(|taken| (c, taken))));
             for (offset_mm, (worth, stays_mm2, tops)) in told {
-                if worth > than.0 + ROUNDING_MM2 {
+                if worth > limit + ROUNDING_MM2 {
                     continue;
                 }
                 let seam = whole(seam_mm2(&before.rest, up, offset_mm, &tops));
                 let worth = whole(worth);
-                if worth < limit || (worth == limit && seam < than.1) {
+                if worth < whole(limit) || (worth == whole(limit) && seam < seam_limit) {
                     let taken = if step.all { Taken::All } else { Taken::With(tops.clone()) };
                     let plane = Plane { normal: *up, offset_mm };
-                    let promise = Promise::new(plane, (taken, tops), stays_mm2, (worth, 0, odd));
+                    let promise = Promise::new(plane, taken, tops, stays_mm2, worth, 0, odd);
                     found.push(((worth, seam), promise));
                 }
             }

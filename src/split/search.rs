@@ -120,26 +120,28 @@ impl BeamSearch<'_> {
         let most = self.ground.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
         let usual = self.ground.options.beam;
-        let plain = self.descend((self.ground.directions.plain, few, usual), finished, watch);
+        let plain = self.descend(self.ground.directions.plain, few, usual, finished, watch);
         let fewer = if plain.printable { plain.state.steps.len().saturating_sub(1) } else { most };
         if fewer == 0 || plain.stopped {
             return plain;
         }
         let every = self.ground.directions.all.len();
-        let all = self.descend((every, fewer, usual), finished, watch);
+        let all = self.descend(every, fewer, usual, finished, watch);
         let found = if all.printable { all } else { better(plain, all) };
         // Where another way is known, what is hard to find is not sought.
         if found.printable || found.stopped || self.ground.options.budget.is_some() {
             return found;
         }
-        let wide = self.descend((every, most, usual * WIDER[0] / WIDER[1]), finished, watch);
+        let wide = self.descend(every, most, usual * WIDER[0] / WIDER[1], finished, watch);
         better(found, wide)
     }
 
     /// The search over the first `directions` with at most `most` cuts, of as many states as `width` from level to level.
     fn descend(
         &self,
-        (directions, most, width): (usize, usize, usize),
+        directions: usize,
+        most: usize,
+        width: usize,
         finished: &dyn Fn(&SplitState) -> bool,
         watch: &mut CutWatch<'_>,
     ) -> SearchFound {
@@ -172,7 +174,7 @@ impl BeamSearch<'_> {
             if idle > IDLE || cuts == most || stopped {
                 break;
             }
-            let next = self.children(&beam, (directions, width), &mut refused, &mut || {
+            let next = self.children(&beam, directions, width, &mut refused, &mut || {
                 stopped = stopped || !watch(cuts + 1) || self.ground.tried() >= self.ground.options.tries;
                 !stopped
             });
@@ -188,7 +190,8 @@ impl BeamSearch<'_> {
     fn children(
         &self,
         beam: &[Arc<SplitState>],
-        (directions, width): (usize, usize),
+        directions: usize,
+        width: usize,
         refused: &mut Refused,
         goes_on: &mut dyn FnMut() -> bool,
     ) -> Vec<Arc<SplitState>> {
@@ -311,8 +314,8 @@ impl BeamSearch<'_> {
                 let faults = state.faults() + after.faults() - before.faults().min(left.faults());
                 let worth = whole(area + FAULT_MM2 * faults as f64);
                 let plane = Plane { normal: *up, offset_mm };
-                let rank = (worth, setups, d >= directions.exact);
-                all.push(Promise::new(plane, (taken, tops), after.area_mm2, rank));
+                let odd = d >= directions.exact;
+                all.push(Promise::new(plane, taken, tops, after.area_mm2, worth, setups, odd));
             }
         });
         let takes_all = |c: &&StatePromise| c.taken == Taken::All;
