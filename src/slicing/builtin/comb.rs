@@ -71,7 +71,8 @@ impl Comb {
         let mut comb = Self { sides, cells: vec![Vec::new(); size[0] * size[1]], low, cell, size, walls };
         for index in 0..comb.sides.len() {
             let mut cells = Vec::new();
-            comb.each_cell(comb.sides[index], 0.0, |cell| cells.push(cell));
+            let (a, b) = comb.sides[index];
+            comb.each_cell(a, b, 0.0, |cell| cells.push(cell));
             cells.into_iter().for_each(|cell| comb.cells[cell].push(index as u32));
         }
         comb
@@ -112,8 +113,9 @@ impl Comb {
     /// Whether no side comes near the leg.
     fn is_clear(&self, a: GridPoint, b: GridPoint) -> bool {
         let mut clear = true;
-        self.each_cell((a, b), CLEAR, |cell| {
-            clear = clear && self.cells[cell].iter().all(|&side| is_far((a, b), self.sides[side as usize]));
+        self.each_cell(a, b, CLEAR, |cell| {
+            clear = clear
+                && self.cells[cell].iter().map(|&side| self.sides[side as usize]).all(|(p, q)| is_far(a, b, p, q));
         });
         clear
     }
@@ -177,7 +179,7 @@ impl Comb {
     }
 
     /// Visits the cells within `reach` of a leg, and a few more.
-    fn each_cell(&self, (a, b): (GridPoint, GridPoint), reach: f64, mut visit: impl FnMut(usize)) {
+    fn each_cell(&self, a: GridPoint, b: GridPoint, reach: f64, mut visit: impl FnMut(usize)) {
         let place = |p: GridPoint| [f64::from(p.x) - f64::from(self.low.x), f64::from(p.y) - f64::from(self.low.y)];
         let (a, b) = (place(a), place(b));
         let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
@@ -289,7 +291,7 @@ fn around(ring: &[GridPoint], from: &Crossing, to: &Crossing) -> Vec<GridPoint> 
 }
 
 /// Whether two legs are farther apart than [`CLEAR`].
-fn is_far((a, b): (GridPoint, GridPoint), (p, q): (GridPoint, GridPoint)) -> bool {
+fn is_far(a: GridPoint, b: GridPoint, p: GridPoint, q: GridPoint) -> bool {
     let apart = |v: [i32; 2], w: [i32; 2]| {
         f64::from(v[0].min(v[1])) - f64::from(w[0].max(w[1])) > CLEAR
             || f64::from(w[0].min(w[1])) - f64::from(v[0].max(v[1])) > CLEAR

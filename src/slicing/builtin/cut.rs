@@ -76,7 +76,7 @@ fn segment(mesh: &TriangleMesh<Slot>, ids: &[u32], facet: u32, z: f64) -> Option
     let edge = |up: bool| {
         let i = (0..3).find(|&i| above[i] != up && above[(i + 1) % 3] == up)?;
         let (a, b) = (corners[i], corners[(i + 1) % 3]);
-        Some((a.min(b), a.max(b)))
+        Some([a.min(b), a.max(b)])
     };
     let (down, up) = (edge(false)?, edge(true)?);
     // Both the same: a facet without area, folded onto one edge.
@@ -88,11 +88,11 @@ fn segment(mesh: &TriangleMesh<Slot>, ids: &[u32], facet: u32, z: f64) -> Option
     })
 }
 
-fn key((low, high): (u32, u32)) -> u64 {
+fn key([low, high]: [u32; 2]) -> u64 {
     u64::from(low) << 32 | u64::from(high)
 }
 
-fn crossing(vertices: &[Vec3], (low, high): (u32, u32), z: f64) -> GridPoint {
+fn crossing(vertices: &[Vec3], [low, high]: [u32; 2], z: f64) -> GridPoint {
     let (a, b) = (vertices[low as usize], vertices[high as usize]);
     let p = a + (b - a) * ((z - a.z) / (b.z - a.z));
     GridPoint::new(units(p.x), units(p.y))

@@ -38,7 +38,8 @@ pub(super) fn left_out(
     name: &str,
     stack: &Stack<'_>,
     walls: &[Vec<Walled>],
-    (layers, end): (&[PlannedLayer<'_>], usize),
+    layers: &[PlannedLayer<'_>],
+    end: usize,
     line: &Line,
 ) -> Result<Option<LeftOut>, SliceError> {
     let (name, thinnest_mm) = (name.to_owned(), line.thinnest_mm());

@@ -46,7 +46,7 @@ impl Ground {
     /// Where the leg meets the border, with both its ends: the share of its length, and the point.
     fn stops(&self, a: GridPoint, b: GridPoint) -> Vec<(f64, GridPoint)> {
         let [dx, dy] = [b.x - a.x, b.y - a.y].map(f64::from);
-        let mut shares: Vec<f64> = self.edges.iter().filter_map(|&(p, q)| meets(a, (dx, dy), p, q)).collect();
+        let mut shares: Vec<f64> = self.edges.iter().filter_map(|&(p, q)| meets(a, [dx, dy], p, q)).collect();
         shares.sort_by(f64::total_cmp);
         let at = |t: f64| GridPoint::new(a.x + (t * dx).round() as i32, a.y + (t * dy).round() as i32);
         let mut stops = vec![(0.0, a)];
@@ -71,7 +71,7 @@ impl Ground {
     }
 }
 
-fn meets(a: GridPoint, (dx, dy): (f64, f64), p: GridPoint, q: GridPoint) -> Option<f64> {
+fn meets(a: GridPoint, [dx, dy]: [f64; 2], p: GridPoint, q: GridPoint) -> Option<f64> {
     let [ex, ey, px, py] = [q.x - p.x, q.y - p.y, p.x - a.x, p.y - a.y].map(f64::from);
     let cross = dx * ey - dy * ex;
     let (t, u) = ((px * ey - py * ex) / cross, (px * dy - py * dx) / cross);

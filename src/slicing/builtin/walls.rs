@@ -199,15 +199,18 @@ fn with_narrow(
         !alone
     });
     // What is too short for a line stays what it was, for infill or as lost.
-    let crumbs: Vec<Contour> =
-        crumbs.iter().flat_map(|stretch| stretch.points.iter().zip(&stretch.widths)).map(about).collect();
+    let crumbs: Vec<Contour> = crumbs
+        .iter()
+        .flat_map(|stretch| stretch.points.iter().zip(&stretch.widths))
+        .map(|(p, width)| about(p, *width))
+        .collect();
     filled = minus(&filled, &enclosed(&crumbs));
     // A line reaches half its width beyond its ends.
     let ends = lines.iter().filter(|s| !s.closed).flat_map(|s| {
         let mut all = s.points.iter().zip(&s.widths);
         all.clone().next().into_iter().chain(all.next_back())
     });
-    let ends = enclosed(&ends.map(about).collect::<Vec<_>>());
+    let ends = enclosed(&ends.map(|(p, width)| about(p, *width)).collect::<Vec<_>>());
     let laid = lines.iter().flat_map(|line| unfolded(line.thinned())).filter(|line| line.points.len() > 1);
     found.beads.extend(laid.map(|line| line.bead(depth)));
     (filled, ends)
@@ -249,7 +252,7 @@ fn wide_stretches(ring: &Contour, narrow: &Narrow, inset: f64, width: f64) -> Op
 }
 
 /// The square about a point of a line, as wide as it is there.
-fn about((p, width): (&Vec2, &f64)) -> Contour {
+fn about(p: &Vec2, width: f64) -> Contour {
     let corner = |x: f64, y: f64| on_grid([p[0] + x * width / 2.0, p[1] + y * width / 2.0]);
     vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
 }

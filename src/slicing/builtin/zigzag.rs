@@ -39,7 +39,7 @@ pub(super) fn lines(
         spans.extend(row.spans.iter().map(|&(from, to)| Span { row: row.index, ends: [from, to], rail: [None; 2] }));
     }
     let rail: Vec<Contour> = grown(region, -inset).into_iter().flatten().collect();
-    let joints = joints(&mut spans, &rail, (lattice, inset), allowed);
+    let joints = joints(&mut spans, &rail, lattice, inset, allowed);
     let used = vec![false; spans.len()];
     Zigzag { spans, joints, rail: &rail, lattice, inset, used }.lines()
 }
@@ -78,7 +78,8 @@ struct Hit {
 fn joints(
     spans: &mut [Span],
     rail: &[Contour],
-    (lattice, inset): (Lattice, i32),
+    lattice: Lattice,
+    inset: i32,
     allowed: impl Fn(&[GridPoint]) -> bool,
 ) -> Vec<[Option<Joint>; 2]> {
     let hits = hits(rail, lattice);
