@@ -37,34 +37,37 @@ pub fn resume(
     world: &World<'_>,
     operator: &dyn Operator,
 ) -> Result<(), SendError> {
-    go(checked(request, wire, true, world)?.open(world)?, request, wire, (world, operator))
+    let (checked, port) = checked(request, wire, true, world)?.open(world)?;
+    go(checked, port, request, wire, world, operator)
 }
 
 /// Resumes a print of which the journal says nothing but its name: only where the printer has taken no line either does it begin.
 pub(super) fn ask_first(
-    (checked, opened): (Checked, Port),
+    checked: Checked,
+    opened: Port,
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    told: (&World<'_>, &dyn Operator),
+    world: &World<'_>,
+    operator: &dyn Operator,
 ) -> Result<(), SendError> {
-    let (world, operator) = told;
     let Checked { program, settings, place, standing: Some(standing) } = checked else { return Ok(()) };
     let text = "the journal has no record of a line; asking the printer whether it accepted any";
     operator.told(&Sending::Note(text), start(&program));
     // From here on it is a journal of this run of the operating system.
     let journal = JournalFile::create(wire.journal, &header(request, &place, world))?;
     let sender = Sender::resuming(program, settings, &standing);
-    ended(Stream::new(sender, opened, place, journal, told).run()?)
+    ended(Stream::new(sender, opened, place, journal, world, operator).run()?)
 }
 
 /// Resumes a print that has begun.
 pub(super) fn go_on(
-    (checked, mut opened): (Checked, Port),
+    checked: Checked,
+    mut opened: Port,
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    told: (&World<'_>, &dyn Operator),
+    world: &World<'_>,
+    operator: &dyn Operator,
 ) -> Result<(), SendError> {
-    let (world, operator) = told;
     let Checked { program, mut settings, place: found, standing: Some(standing) } = checked else { return Ok(()) };
     if let Some(uuid) = standing.printer.split_ascii_whitespace().find(|w| w.starts_with("UUID:")) {
         settings.identity = Some(uuid.to_owned());
@@ -76,14 +79,14 @@ pub(super) fn go_on(
     let same_boot = standing.header.boot == world.clock.boot();
     let bed_was_c = bed_c(&program, &standing).filter(|_| !request.options.holds);
     let kept = SenderSettings { bed_was_c, ..settings.clone() };
-    if let Some((sender, journal)) = keeps_place(&program, &kept, &standing, (same_boot, request), wire)? {
-        if let Some(outcome) = carry_on(&program, (sender, opened, found.clone()), journal, told)? {
+    if let Some((sender, journal)) = keeps_place(&program, &kept, &standing, same_boot, request, wire)? {
+        if let Some(outcome) = carry_on(&program, sender, opened, found.clone(), journal, world, operator)? {
             return ended(outcome);
         }
         opened = world.ports.open(&found.address, found.baud)?;
     }
     let standing = read_journal(wire.journal.path())?;
-    let choice = Choice { request, program: &program, settings: &settings, told };
+    let choice = Choice { request, program: &program, settings: &settings, operator };
     let entry = choice.entry(&standing, same_boot)?;
     if !operator.agrees(&entry) {
         return Err(SendError::Refused { line: entry.file_line });
@@ -92,7 +95,7 @@ pub(super) fn go_on(
     journal.record(&Record::Entering);
     journal.record(&Record::Anew);
     let sender = Sender::reentering(program, settings, &entry.lines, entry.block);
-    ended(Stream::new(sender, opened, found, journal, told).run()?)
+    ended(Stream::new(sender, opened, found, journal, world, operator).run()?)
 }
 
 /// What the bed was to be where the print was broken off; `None` for one that was not heated.
@@ -107,7 +110,8 @@ fn keeps_place(
     program: &Arc<Program>,
     settings: &SenderSettings,
     standing: &JournalSummary,
-    (same_boot, request): (bool, &SendRequest<'_>),
+    same_boot: bool,
+    request: &SendRequest<'_>,
     wire: &Wire<'_>,
 ) -> Result<Option<(Sender, JournalFile)>, SendError> {
     // Whoever gives a line has looked at the part, and knows that the printer has forgotten.
@@ -136,13 +140,16 @@ fn keeps_place(
 /// Resumes with what the printer has kept; `None` where it has not.
 fn carry_on(
     program: &Program,
-    (sender, port, place): (Sender, Port, Connection),
+    sender: Sender,
+    port: Port,
+    place: Connection,
     journal: JournalFile,
-    (world, operator): (&World<'_>, &dyn Operator),
+    world: &World<'_>,
+    operator: &dyn Operator,
 ) -> Result<Option<Outcome>, SendError> {
     let note = |text: &str| operator.told(&Sending::Note(text), start(program));
     note("asking the printer whether it kept its line counter and its position");
-    let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
+    let outcome = Stream::new(sender, port, place, journal, world, operator).run()?;
     let lost = |why: &StopReason| {
         matches!(why, StopReason::Reset { .. } | StopReason::Counter { .. } | StopReason::Misplaced { .. })
             || matches!(why, StopReason::NotReady { locked: true, .. })

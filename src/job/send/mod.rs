@@ -99,7 +99,8 @@ pub fn send(
     world: &World<'_>,
     operator: &dyn Operator,
 ) -> Result<(), SendError> {
-    go(checked(request, wire, false, world)?.open(world)?, request, wire, (world, operator))
+    let (checked, port) = checked(request, wire, false, world)?.open(world)?;
+    go(checked, port, request, wire, world, operator)
 }
 
 /// A print of which all is known to be well that can be known without its printer.
@@ -132,27 +133,31 @@ impl Checked {
 
 /// Sends or resumes.
 fn go(
-    (checked, port): (Checked, Port),
+    checked: Checked,
+    port: Port,
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    told: (&World<'_>, &dyn Operator),
+    world: &World<'_>,
+    operator: &dyn Operator,
 ) -> Result<(), SendError> {
-    told.1.begin();
+    operator.begin();
     if checked.standing.as_ref().is_some_and(JournalSummary::began) {
-        return again::go_on((checked, port), request, wire, told);
+        return again::go_on(checked, port, request, wire, world, operator);
     }
     if checked.standing.is_some() && checked.settings.protocol.traits().accounting == Accounting::Counter {
-        return again::ask_first((checked, port), request, wire, told);
+        return again::ask_first(checked, port, request, wire, world, operator);
     }
-    begin((checked, port), request, wire, told)
+    begin(checked, port, request, wire, world, operator)
 }
 
 /// Sends from the first line on.
 fn begin(
-    (checked, port): (Checked, Port),
+    checked: Checked,
+    port: Port,
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    (world, operator): (&World<'_>, &dyn Operator),
+    world: &World<'_>,
+    operator: &dyn Operator,
 ) -> Result<(), SendError> {
     let Checked { program, settings, place, .. } = checked;
     if let Some(journal) = broken_off(wire.journal)? {
@@ -160,7 +165,7 @@ fn begin(
     }
     let journal = JournalFile::create(wire.journal, &header(request, &place, world))?;
     let sender = Sender::new(program, settings);
-    ended(Stream::new(sender, port, place, journal, (world, operator)).run()?)
+    ended(Stream::new(sender, port, place, journal, world, operator).run()?)
 }
 
 fn start(program: &Program) -> At {

@@ -70,10 +70,10 @@ pub fn send_several<'o>(
     // No port is touched before all is known to be well.
     let open = |checked: Checked| checked.open(world);
     let ready = checked.into_iter().map(open).collect::<Result<Vec<_>, _>>()?;
-    let tasks = ready.into_iter().zip(prints).enumerate().map(|(index, (ready, print))| {
+    let tasks = ready.into_iter().zip(prints).enumerate().map(|(index, ((checked, port), print))| {
         move || {
             let operator = operator(index);
-            let ended = go(ready, &print.request, &print.wire, (&World::here(&Silent), &*operator));
+            let ended = go(checked, port, &print.request, &print.wire, &World::here(&Silent), &*operator);
             operator.ended(ended.as_ref().err());
             ended
         }

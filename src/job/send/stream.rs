@@ -57,7 +57,8 @@ impl<'a> Stream<'a> {
         port: Port,
         place: Connection,
         journal: JournalFile,
-        (world, operator): (&'a World<'a>, &'a dyn Operator),
+        world: &'a World<'a>,
+        operator: &'a dyn Operator,
     ) -> Self {
         Self {
             sender,

@@ -14,7 +14,6 @@ use crate::job::send::SendError;
 use crate::job::send::operator::{Operator, Sending};
 use crate::job::send::{SendRequest, start};
 use crate::link::{BoundaryKind, JournalSummary, Program, Reentry, SenderSettings};
-use crate::world::World;
 
 /// Layers behind a place in which it shows what carries them.
 const LAYERS_LOOKED_AT: usize = 3;
@@ -24,13 +23,12 @@ pub(super) struct Choice<'a> {
     pub(super) request: &'a SendRequest<'a>,
     pub(super) program: &'a Program,
     pub(super) settings: &'a SenderSettings,
-    pub(super) told: (&'a World<'a>, &'a dyn Operator),
+    pub(super) operator: &'a dyn Operator,
 }
 
 impl Choice<'_> {
     /// The re-entry, told; nothing has moved yet.
     pub(super) fn entry(&self, standing: &JournalSummary, same_boot: bool) -> Result<Reentry, SendError> {
-        let operator = self.told.1;
         let from = self.request.options.from;
         let doubtful =
             Reentry::doubt(self.program, self.settings, standing, same_boot, from).map_err(|e| no_entry(&e))?;
@@ -43,10 +41,10 @@ impl Choice<'_> {
         let told = block.as_ref().map_or_else(|_| choices[choices.len() - 1], |block| *block);
         let entry = self.at(&doubtful, told)?;
         for words in &entry.words {
-            operator.told(&Sending::Note(&format!("  {words}")), start(self.program));
+            self.operator.told(&Sending::Note(&format!("  {words}")), start(self.program));
         }
         if self.request.plan.is_none() {
-            operator.told(&Sending::UnprovedReentry, start(self.program));
+            self.operator.told(&Sending::UnprovedReentry, start(self.program));
         }
         block.map(|_| entry)
     }

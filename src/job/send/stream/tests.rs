@@ -39,7 +39,7 @@ fn begun<'a>(folder: &Path, world: &'a World<'a>) -> (Stream<'a>, TcpStream) {
     };
     let journal =
         JournalFile::create(&Outputs::new(None).claim(&folder.join("journal")).unwrap(), &Header::default()).unwrap();
-    (Stream::new(sender, port, place, journal, (world, &Unattended)), far)
+    (Stream::new(sender, port, place, journal, world, &Unattended), far)
 }
 
 /// What has arrived, up to the first that ends with `end`.

@@ -7,7 +7,6 @@ use super::super::testing::{Prepared, boxes, tower};
 use super::*;
 use crate::job::send::operator::At;
 use crate::job::send::{SendError, SendOptions};
-use crate::job::{Silent, World};
 use crate::link::Header;
 
 /// What is told, in order.
@@ -55,7 +54,7 @@ impl Broken {
 
     /// With the choice that is made.
     fn with<T>(&self, look: impl FnOnce(&Choice<'_>) -> T) -> (T, Vec<String>) {
-        let (world, heard, settings) = (World::here(&Silent), Heard::default(), self.settings());
+        let (heard, settings) = (Heard::default(), self.settings());
         let options = SendOptions { from: self.from, ..SendOptions::default() };
         let plan = self.print.plan();
         let request = SendRequest {
@@ -65,8 +64,7 @@ impl Broken {
             plan: self.proved.then_some(plan),
             options: &options,
         };
-        let choice =
-            Choice { request: &request, program: &self.print.program, settings: &settings, told: (&world, &heard) };
+        let choice = Choice { request: &request, program: &self.print.program, settings: &settings, operator: &heard };
         let looked = look(&choice);
         (looked, heard.0.take())
     }
