@@ -20,9 +20,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let done = job::pack(&args.request()?, &|| asked.count() > 0, &console.world())?;
     let stale = plates.map(|plates| plates.write(&done, &mut outputs)).transpose()?.unwrap_or_default();
     stale.iter().try_for_each(|plate| console.set_aside(plate))?;
-    if let Some(viewed) = viewed {
-        viewed.write(&done.view())?;
-    }
+    viewed.map(|viewed| viewed.write(&done.view())).transpose()?;
     if console.json() {
         console.document(&document::packed(&done));
     } else {

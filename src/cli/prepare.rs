@@ -18,7 +18,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let read = models.iter().map(PathBuf::as_path).chain(profile.as_deref());
     let mut outputs = outputs(read.chain(configs));
     let output = outputs.claim(&args.output(&console.world())?)?;
-    let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let plan_out = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| outputs.claim(&args.stream.journal(output.path()))).transpose()?;
     let sheet = PictureFile::claim("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
@@ -26,33 +26,39 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let dry_run = args.dry_run.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let certificate = args.certificate.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = outputs.claim_unless_taken(&plan::parts_file(output.path()))?;
-    let done = work(args, &output, ([plan, parts, dry_run], sheet, page.as_ref()), console);
+    let files = SideFiles { plan_out, parts, sheet, page, dry_run };
+    let done = work(args, &output, &files, console);
     if done.is_err() {
         console.set_aside(&output)?;
         verify::uncertify(certificate.as_ref(), console)?;
     }
     let done = done?;
     verify::certify(certificate.as_ref(), output.path(), &done.gcode, &done.planned.plan)?;
-    if let (Some(page), Some(report)) = (page, done.gcode.report()) {
+    if let (Some(page), Some(report)) = (&files.page, done.gcode.report()) {
         let (name, plan) = (output.path().display().to_string(), &done.planned.plan);
         let mut shown = job::show(&name, done.gcode.program(), plan, report, &console.world())?;
         shown.ways.clone_from(&done.planned.ways);
-        preview::write(&shown, &page, args.open, console)?;
+        preview::write(&shown, page, args.open, console)?;
     }
     let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };
     // A file that is proved stays, whatever becomes of the printer.
     let plan = &done.planned.plan;
     let (path, program, machine, options) = (output.path(), &done.gcode, &plan.machine, &args.stream.options());
     let request = SendRequest { path, program, machine, plan: Some(plan), options };
-    send::stream(&request, (port, &journal), &args.stream, console)
+    send::stream(&request, port, &journal, &args.stream, console)
 }
 
-fn work(
-    args: &Verb,
-    output: &OutputFile,
-    ([plan_out, parts, dry_run], sheet, page): ([Option<OutputFile>; 3], Option<PictureFile>, Option<&OutputFile>),
-    console: &Console,
-) -> Result<PrepareResult, Failure> {
+/// What is written beside the program.
+struct SideFiles {
+    plan_out: Option<OutputFile>,
+    parts: Option<OutputFile>,
+    sheet: Option<PictureFile>,
+    page: Option<OutputFile>,
+    dry_run: Option<OutputFile>,
+}
+
+fn work(args: &Verb, output: &OutputFile, files: &SideFiles, console: &Console) -> Result<PrepareResult, Failure> {
+    let SideFiles { plan_out, parts, sheet, page, dry_run } = files;
     let parts_file = plan::parts_file(output.path());
     let (model, arrangement) = args.arrange.request(&args.model.model, &args.model.read, Some(&parts_file))?;
     let may_cut = parts.is_some() && args.split != "never";
@@ -86,22 +92,16 @@ fn work(
     };
     // Nothing is written where it cannot be made.
     let rehearsal = dry_run.as_ref().map(|_| job::dry_run(done.gcode.program(), &done.planned.plan)).transpose()?;
-    if let Some(plan) = plan_out {
-        plan.write(done.planned.plan.plan.to_text().as_bytes())?;
-    }
-    if let Some(sheet) = sheet {
-        sheet.write(&done.planned.sheet())?;
-    }
+    plan_out.as_ref().map(|plan| plan.write(done.planned.plan.plan.to_text().as_bytes())).transpose()?;
+    sheet.as_ref().map(|sheet| sheet.write(&done.planned.sheet())).transpose()?;
     text::ways(&done.planned.ways).lines().for_each(|line| console.note(line));
     let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);
     done.held.iter().for_each(|held| console.note(&held.story(seconds)));
-    if let Some(cut) = &done.cut {
-        console.note(&cut.story(seconds));
-        plan::write_parts(&parts_file, parts.as_ref(), &cut.bytes, console)?;
-    } else if let Some(arranged) = &done.planned.arranged {
-        plan::write_parts(&parts_file, parts.as_ref(), &arranged.bytes, console)?;
-    }
-    if let (Some(file), Some(made)) = (&dry_run, &rehearsal) {
+    done.cut.iter().for_each(|cut| console.note(&cut.story(seconds)));
+    let arranged = done.planned.arranged.as_ref().map(|arranged| &arranged.bytes);
+    let bytes = done.cut.as_ref().map(|cut| &cut.bytes).or(arranged);
+    bytes.map(|bytes| plan::write_parts(&parts_file, parts.as_ref(), bytes, console)).transpose()?;
+    if let (Some(file), Some(made)) = (dry_run, &rehearsal) {
         file.write(made.gcode.as_bytes())?;
         console.note(&format!("{}: {}", file.path().display(), text::cold(made)));
     }

@@ -27,7 +27,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let requests: Vec<_> = both.filter_map(|(loaded, (path, ..))| loaded.request(path, &options)).collect();
     let ports: Vec<&str> = prints.iter().filter_map(|(_, port, _)| *port).collect();
     match (requests.as_slice(), ports.as_slice(), journals.as_slice()) {
-        ([one], [port], [journal]) => stream(one, (port, journal), &args.stream, console),
+        ([one], [port], [journal]) => stream(one, port, journal, &args.stream, console),
         ([one], [], _) => rehearse(one, console),
         _ => several(&requests, &ports, &journals, &args.stream, console),
     }
@@ -108,7 +108,8 @@ pub(super) fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Resu
 /// Sends or resumes a program; everything before the first byte has been checked.
 pub(super) fn stream(
     request: &SendRequest<'_>,
-    (port, journal): (&str, &OutputFile),
+    port: &str,
+    journal: &OutputFile,
     args: &StreamArgs,
     console: &Console,
 ) -> Result<(), Failure> {

@@ -16,7 +16,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let spots = prints.spots()?;
     let script = script(args)?;
     let projects = prints.projects(&plan, &spots, &script);
-    let places = Places::claim(args, &plan, (&prints.names, &spots, projects.len()))?;
+    let places = Places::claim(args, &plan, &prints.names, &spots, projects.len())?;
     let mut written: Vec<String> = Vec::new();
     let mut put = |output: &OutputFile, bytes: &[u8]| {
         written.push(output.path().display().to_string());
@@ -65,7 +65,9 @@ impl Places {
     fn claim(
         args: &Verb,
         loaded: &CheckedPlan,
-        (names, spots, projects): (&[String], &[ProjectSpot], usize),
+        names: &[String],
+        spots: &[ProjectSpot],
+        projects: usize,
     ) -> Result<Self, Failure> {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));

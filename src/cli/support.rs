@@ -19,9 +19,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     } else if args.output.is_some() && why_not.is_none() {
         console.note("nothing overhangs, so no support file was written");
     }
-    if let Some(viewed) = viewed {
-        viewed.write(&done.view())?;
-    }
+    viewed.map(|viewed| viewed.write(&done.view())).transpose()?;
     if console.json() {
         console.document(&document::supported(&done));
     } else {

@@ -162,11 +162,11 @@ impl ImportProfile {
         let (mut lines, mut asked) = (from.lines(), Vec::new());
         loop {
             let open = self.known(world)?.unanswered();
-            let Some(question) = open.into_iter().find(|(key, _)| !asked.contains(key)) else { break };
+            let Some((key, question)) = open.into_iter().find(|(key, _)| !asked.contains(key)) else { break };
             let answers = self.answers.set.len();
-            self.answers.ask(question, &mut lines, &show)?;
-            if self.answers.set.len() > answers || !REQUIRED_KEYS.contains(&question.0) {
-                asked.push(question.0);
+            self.answers.ask(key, question, &mut lines, &show)?;
+            if self.answers.set.len() > answers || !REQUIRED_KEYS.contains(&key) {
+                asked.push(key);
             }
         }
         self.answers.rest = true;

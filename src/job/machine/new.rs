@@ -85,8 +85,8 @@ impl NewProfile {
         world: &World<'_>,
     ) -> Result<(), MachineError> {
         let mut lines = from.lines();
-        for question in self.unanswered(world)? {
-            self.answers.ask(question, &mut lines, &show)?;
+        for (key, question) in self.unanswered(world)? {
+            self.answers.ask(key, question, &mut lines, &show)?;
         }
         self.answers.rest = true;
         Ok(())
@@ -104,7 +104,8 @@ impl Answers {
     /// Asks one question; an empty line leaves it open.
     pub(super) fn ask(
         &mut self,
-        (key, question): (&str, &str),
+        key: &str,
+        question: &str,
         lines: &mut impl Iterator<Item = std::io::Result<String>>,
         show: &impl Fn(&str, &str),
     ) -> Result<(), MachineError> {

@@ -69,7 +69,7 @@ fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Pri
     let prints = Prints::of(plan, request.bed);
     let spots = prints.spots().ok();
     for one in &assigned {
-        placed.push(one.placed(request, (&prints, spots.as_deref()), &sources[one.source].0)?);
+        placed.push(one.placed(request, &prints, spots.as_deref(), &sources[one.source].0)?);
     }
     tell_moved(&assigned, &placed, world);
     let inputs: Vec<Input<'_>> = assigned
@@ -195,7 +195,8 @@ impl<'a> Assigned<'a> {
     fn placed(
         &self,
         request: &RewriteRequest<'_>,
-        (prints, spots): (&Prints, Option<&[ProjectSpot]>),
+        prints: &Prints,
+        spots: Option<&[ProjectSpot]>,
         file: &str,
     ) -> Result<Placed<'a>, PrintError> {
         let (plan, bed) = (request.plan, &request.bed);
