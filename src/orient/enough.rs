@@ -18,7 +18,8 @@ pub fn proved_standing(
     f: &dyn Objective,
     facets: &Facets,
     best: &Minimum,
-    (least_mm2, layer_mm): (f64, f64),
+    least_mm2: f64,
+    layer_mm: f64,
     budget: usize,
 ) -> Found {
     let search = Certified::of(f);
@@ -231,7 +232,7 @@ mod tests {
                 let anywhere = Certified::of(f.as_ref()).search(f.as_ref(), facets);
                 let known = standing(f.as_ref(), facets, &anywhere.minima, least, LAYER);
                 let best = known.minima[0];
-                let found = proved_standing(f.as_ref(), facets, &best, (least, LAYER), 400_000);
+                let found = proved_standing(f.as_ref(), facets, &best, least, LAYER, 400_000);
                 let bound = found.lower_bound.unwrap();
                 let here = found.minima[0];
                 assert!(here.value <= best.value && footprint(facets, &here.up, LAYER) >= least, "{name}: {here:?}");
@@ -252,7 +253,7 @@ mod tests {
         // What would be best anywhere stands on nothing.
         let (facets, f) = (&solids()[0], objective("-1*height", &ObjectiveSettings::default()).unwrap());
         let best = standing(f.as_ref(), facets, &[], 700.0, LAYER).minima[0];
-        let bound = proved_standing(f.as_ref(), facets, &best, (700.0, LAYER), 400_000).lower_bound.unwrap();
+        let bound = proved_standing(f.as_ref(), facets, &best, 700.0, LAYER, 400_000).lower_bound.unwrap();
         assert!((-31.5..=-30.0).contains(&bound), "a box of 20 x 30 x 60 on its sides: {bound}");
     }
 }

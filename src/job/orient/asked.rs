@@ -151,7 +151,7 @@ impl OrientAsked {
         if let Some(least) = held {
             // The bound so far is over all directions; this one is over those that stand.
             let first = found.minima[0];
-            let proved = proved_standing(f, facets, &first, (least, self.settings.layer_mm), left(&found));
+            let proved = proved_standing(f, facets, &first, least, self.settings.layer_mm, left(&found));
             found.evaluations += proved.evaluations;
             found.lower_bound = proved.lower_bound.into_iter().chain(found.lower_bound).reduce(f64::max);
             found.minima.splice(0..0, proved.minima.into_iter().filter(|better| better.value < first.value));
