@@ -83,7 +83,7 @@ fn memory() -> String {
 }
 
 fn planned(graph: &Graph, method: FlowMethod) -> PlannedFlow {
-    plan(graph, method, (CAPACITY, None), 1, &mut |_| {})
+    plan(graph, method, CAPACITY, None, 1, &mut |_| {})
 }
 
 #[divan::bench(args = ["ring", "balls", "knot"], sample_count = 3, sample_size = 1)]

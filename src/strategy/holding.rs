@@ -227,7 +227,7 @@ fn columns(held: &HeldMesh, supports: &PrintSupports) -> Result<(Graph, Flow), B
     let (meshes, others): ([_; 1], Vec<_>) = ([&held.slot.mesh], held.others.iter().collect());
     let grid = grid_over(&meshes, supports.step_mm)?;
     let graph = Graph::among(grid, &meshes, &others, Angle::from_deg(supports.overhang_deg));
-    let planned = plan(&graph, FlowMethod::Auto, (CAPACITY, None), SEED, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::Auto, CAPACITY, None, SEED, &mut |_| {});
     let flow = match supports.brace_mm {
         Some(most_mm) => braced(&graph, &planned.flow, most_mm).flow,
         None => planned.flow,

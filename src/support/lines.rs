@@ -81,7 +81,7 @@ pub fn lines(graph: &Graph, flow: &Flow, cuts: &Cuts, laying: &Laying) -> Vec<Su
         let within = |span: &[f64; 2]| span[1] > low && span[0] < low + ABOVE * graph.grid.step_mm;
         let near = (0..layers.len()).filter(|&k| within(&layers[k]));
         let near: Vec<&[Section]> = near.map(|k| cuts.layer(k)).collect();
-        (node, shadow(graph, node, &near, (FARTHEST, how.line_mm)))
+        (node, shadow(graph, node, &near, FARTHEST, how.line_mm))
     };
     let tops: HashMap<usize, [Spans; 2]> = tops.par_iter().map(held).collect();
     let feet = columns.iter().map(|column| column[column.len() - 1]).collect();
@@ -89,14 +89,14 @@ pub fn lines(graph: &Graph, flow: &Flow, cuts: &Cuts, laying: &Laying) -> Vec<Su
     let shadow_mm = graph.grid.origin.z + BELOW * graph.grid.step_mm;
     let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
     let near: Vec<&[Section]> = cuts.layers(0, near);
-    let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, (1.0, 0.0)))).collect();
+    let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, 1.0, 0.0))).collect();
     let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
         let mut air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
         if let (Some(roof), Some(below)) = (&laying.roof, all.last()) {
             let held = cuts.layers(k + 1 + cuts.over(k), roof.layers);
-            air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, &held));
+            air.roof = Segments::new(rising.roof(roof, *span_mm, below, &air, &held));
         }
         let mut lines = rising.layer(*span_mm, &air);
         lines.extend(air.roof.all());
@@ -133,7 +133,7 @@ fn columns(graph: &Graph) -> Vec<Vec<usize>> {
 }
 
 /// What of the sheets in a cube, so many times as long, lies under what is cut in these layers or no more than `beside` mm beside it.
-fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64, f64)) -> [Spans; 2] {
+fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], times: f64, beside: f64) -> [Spans; 2] {
     let (middle, half) = (graph.grid.middle(cube), times * graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2);
     let nearest =
         |p: [f64; 2]| cuts.iter().copied().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
@@ -230,13 +230,13 @@ impl Rising<'_> {
             let on_part = place.1 == ON_PART;
             let shortest_mm = self.how.line_mm * if on_part { SHORTEST_ON_PART_WIDTHS } else { SHORTEST_WIDTHS };
             let spans: [Spans; 2] = std::array::from_fn(|diagonal| {
-                let mut spans = self.stands(&below[diagonal], (centre, diagonal), air);
+                let mut spans = self.stands(&below[diagonal], centre, diagonal, air);
                 // On a slope what is too short to be laid grows with the next layers.
                 spans.retain(|[a, b]| on_part || b - a >= shortest_mm);
                 spans
             });
             for (diagonal, spans) in spans.iter().enumerate() {
-                spans.iter().for_each(|span| laid.add((centre, diagonal), *span, shortest_mm));
+                spans.iter().for_each(|span| laid.add(centre, diagonal, *span, shortest_mm));
             }
             now.push((place, spans));
         }
@@ -248,7 +248,8 @@ impl Rising<'_> {
     fn roof(
         &self,
         roof: &Roof,
-        (span_mm, below): ([f64; 2], &SupportLayer),
+        span_mm: [f64; 2],
+        below: &SupportLayer,
         air: &Air<'_>,
         held: &[&[Section]],
     ) -> Vec<Line> {
@@ -351,7 +352,7 @@ impl Rising<'_> {
     }
 
     /// What of a sheet stands in this layer.
-    fn stands(&self, below: &Spans, (centre, diagonal): ([f64; 2], usize), air: &Air<'_>) -> Spans {
+    fn stands(&self, below: &Spans, centre: [f64; 2], diagonal: usize, air: &Air<'_>) -> Spans {
         let (Some([from, _]), Some([_, to])) = (below.first().copied(), below.last().copied()) else {
             return Spans::new();
         };
@@ -398,7 +399,7 @@ struct Laid {
 
 impl Laid {
     /// Lays what of a span no line lies on yet, in lines no shorter than `shortest_mm`.
-    fn add(&mut self, (centre, diagonal): ([f64; 2], usize), span: [f64; 2], shortest_mm: f64) {
+    fn add(&mut self, centre: [f64; 2], diagonal: usize, span: [f64; 2], shortest_mm: f64) {
         let (across, middle) = turned(diagonal, centre);
         let mut left = vec![span.map(|t| middle + t)];
         for &(other, at, [from, to]) in &self.lines {

@@ -23,7 +23,7 @@
 //! let (grid, overhang) = (Grid::over(Vec3::zeros(), [30.0, 20.0, 8.0], 1.0), Angle::from_deg(45.0));
 //!
 //! let graph = Graph::of(grid, &[&plate], overhang);
-//! let planned = plan(&graph, FlowMethod::Auto, (8, None), 1, &mut |_hundredths| ());
+//! let planned = plan(&graph, FlowMethod::Auto, 8, None, 1, &mut |_hundredths| ());
 //! let held = cover(&graph, &planned.flow, &[&plate], overhang);
 //! // The whole underside is supported, 20 x 10 mm.
 //! assert_eq!((held.share(), graph.unreachable.len()), (1.0, 0));

@@ -50,7 +50,8 @@ pub struct PlannedFlow {
 pub fn plan(
     graph: &Graph,
     method: FlowMethod,
-    (arc, node): (u16, Option<u16>),
+    arc: u16,
+    node: Option<u16>,
     seed: u64,
     at: &mut dyn FnMut(usize),
 ) -> PlannedFlow {

@@ -175,7 +175,8 @@ mod tests {
     fn propped(
         layers: &mut Vec<SupportLayer>,
         props: &[Prop],
-        (meshes, spans): (&[&TriangleMesh<Slot>], Vec<[f64; 2]>),
+        meshes: &[&TriangleMesh<Slot>],
+        spans: Vec<[f64; 2]>,
         pitch_mm: f64,
     ) {
         let around = Around { meshes, keels: &Keels::default() };
@@ -195,7 +196,7 @@ mod tests {
             let mesh = shelf(air_mm);
             let prop = Prop { under_mm: 2.0 + air_mm, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: false };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&mesh], even(60)), 2.5);
+            propped(&mut laid, &[prop], &[&mesh], even(60), 2.5);
             let with: Vec<usize> = (0..laid.len()).filter(|&k| !laid[k].lines.is_empty()).collect();
             // From the plate's top to a gap of one layer below the shelf.
             assert_eq!(with, (10..10 + layers as usize - 1).collect::<Vec<_>>(), "{layers}");
@@ -210,7 +211,7 @@ mod tests {
         // One layer of air is no place for a sheet and its gap.
         let mut none = Vec::new();
         let prop = Prop { under_mm: 2.2, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: true };
-        propped(&mut none, &[prop], (&[&shelf(0.2)], even(60)), 2.5);
+        propped(&mut none, &[prop], &[&shelf(0.2)], even(60), 2.5);
         assert!(none.is_empty());
     }
 
@@ -225,7 +226,7 @@ mod tests {
             let [floor, shelf] = [floor, shelf].map(|one| one.moved::<Slot>(&Rigid::shift(Vec3::zeros())));
             let prop = Prop { under_mm, within_mm: [[-10.0, -5.0], [10.0, 5.0]], middle: false };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&floor, &shelf], even(240)), 2.5);
+            propped(&mut laid, &[prop], &[&floor, &shelf], even(240), 2.5);
             let along = |layer: &SupportLayer| -> f64 {
                 layer.lines.iter().filter(|[a, b]| a[1] == b[1] && a[1] == 0.0).map(|[a, b]| (b[0] - a[0]).abs()).sum()
             };
@@ -254,7 +255,7 @@ mod tests {
         let laid = |middle: bool| {
             let prop = Prop { under_mm: 6.0, within_mm: [[1.0, 1.0], [2.0, 1.6]], middle };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&lug], even(40)), 2.5);
+            propped(&mut laid, &[prop], &[&lug], even(40), 2.5);
             laid
         };
         assert!(laid(false).is_empty());

@@ -200,8 +200,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     let graph = Graph::of(grid(&meshes, options)?, &meshes, overhang);
     let planning = world.clock.now();
     let bar = world.progress.begin("supports", 100);
-    let planned =
-        plan(&graph, method, (options.capacity, options.node_capacity), options.seed, &mut |done| bar.at(done));
+    let planned = plan(&graph, method, options.capacity, options.node_capacity, options.seed, &mut |done| bar.at(done));
     drop(bar);
     let seconds_plan = (world.clock.now() - planning).as_secs_f64();
     let brace_mm = options.form.brace_mm;
@@ -210,7 +209,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     } else {
         Braced { flow: planned.flow.clone(), struts: 0, unbraced: 0 }
     };
-    let built = built(structure, (&graph, &stiff.flow), &meshes, options);
+    let built = built(structure, &graph, &stiff.flow, &meshes, options);
     let cover = held(&built.mesh, &graph, &meshes, overhang, options.gap_mm);
     let done = SupportResult {
         count: graph.count(),
@@ -251,7 +250,8 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
 /// The supports as closed meshes: sheets keep the gap on all sides and lean out beside walls; what else stands there follows its arcs.
 fn built(
     structure: Structure,
-    (graph, flow): (&Graph, &Flow),
+    graph: &Graph,
+    flow: &Flow,
     meshes: &[&TriangleMesh<Slot>],
     options: &SupportOptions,
 ) -> Built {

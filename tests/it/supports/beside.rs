@@ -39,7 +39,7 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
     let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
     let size = bounds.max + around + Vec3::z() * step - origin;
     let graph = Graph::of(Grid::over(origin, size.into(), step), &all, Angle::from_deg(RULER.overhang_deg));
-    let planned = plan(&graph, FlowMethod::Auto, (CAPACITY, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::Auto, CAPACITY, None, 1, &mut |_| {});
     assert_eq!(planned.tally.over_capacity, 0);
     let count = (bounds.max.z / RULER.layer_mm).round() as usize;
     let spans: Vec<[f64; 2]> = (0..count).map(|k| [k, k + 1].map(|k| k as f64 * RULER.layer_mm)).collect();

@@ -47,7 +47,7 @@ fn no_column_stands_free_over_more_than_is_asked_for() {
     let (mut tied, mut whole) = (0, 0);
     for (name, graph) in &graphs {
         for method in [FlowMethod::Auto, FlowMethod::MinCost] {
-            let flow = plan(graph, method, (4, None), 1, &mut |_| {}).flow;
+            let flow = plan(graph, method, 4, None, 1, &mut |_| {}).flow;
             let step = graph.grid.step_mm;
             assert_eq!(longest_free_mm(graph, &flow), step * longest_free(graph, &flow) as f64, "{name}");
             let most = longest_free(graph, &flow);

@@ -41,7 +41,7 @@ fn chains_are_closed_and_have_the_volume_of_their_arcs() {
         let graph = scene.graph();
         let h = scene.step_mm;
         for (_, method) in FlowMethod::NAMED {
-            let planned = plan(&graph, method, (4, None), 1, &mut |_| {});
+            let planned = plan(&graph, method, 4, None, 1, &mut |_| {});
             // Two sheets of t by the diagonal and four tenths of t at each end, less what they share; a square of 0.98 h.
             let sheet = 2.0 * WALL_MM * (2.0_f64.sqrt() * h + 0.8 * WALL_MM) - WALL_MM.powi(2);
             for (structure, area) in [(Structure::X, sheet), (Structure::Prism, (0.98 * h).powi(2))] {
@@ -61,7 +61,7 @@ fn chains_are_closed_and_have_the_volume_of_their_arcs() {
 #[test]
 fn rods_of_one_unit_have_the_volume_of_prisms() {
     let graph = scenes::leaning_ring().graph();
-    let planned = plan(&graph, FlowMethod::MinCost, (1, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::MinCost, 1, None, 1, &mut |_| {});
     let built = built(&graph, &planned, &Ceiling::default(), Structure::Tree);
     let volume =
         3.0 * WALL_MM.powi(2) * graph.grid.step_mm * (planned.tally.used_arcs() as f64 + 0.01 * graph.red.len() as f64);
@@ -73,7 +73,7 @@ fn rods_of_one_unit_have_the_volume_of_prisms() {
 fn what_is_written_is_read_as_closed_solids() {
     let scene = scenes::leaning_ring();
     let graph = scene.graph();
-    let planned = plan(&graph, FlowMethod::ShortestPaths, (4, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::ShortestPaths, 4, None, 1, &mut |_| {});
     let ceiling = Ceiling::of(&graph, &scene.meshes.iter().collect::<Vec<_>>());
     for (name, structure) in Structure::NAMED {
         let built = built(&graph, &planned, &ceiling, structure);
@@ -90,7 +90,7 @@ fn what_is_written_is_read_as_closed_solids() {
 fn a_roof_is_read_as_closed_solids_too() {
     let scene = scenes::leaning_ring();
     let graph = scene.graph();
-    let planned = plan(&graph, FlowMethod::Auto, (4, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::Auto, 4, None, 1, &mut |_| {});
     let ceiling = Ceiling::of(&graph, &scene.meshes.iter().collect::<Vec<_>>());
     let how = |roof| Build { structure: Structure::X, wall_mm: WALL_MM, gap_mm: GAP_MM, roof };
     let plain = build(&graph, &planned.flow, &ceiling, &how(None));
@@ -119,7 +119,7 @@ fn tops_end_below_the_surface() {
     let scene = scenes::leaning_ring();
     let graph = scene.graph();
     let meshes: Vec<_> = scene.meshes.iter().collect();
-    let planned = plan(&graph, FlowMethod::MinCost, (4, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::MinCost, 4, None, 1, &mut |_| {});
     let built = built(&graph, &planned, &Ceiling::of(&graph, &meshes), Structure::X);
     let bare = self::built(&graph, &planned, &Ceiling::default(), Structure::X);
     assert!(built.volume_mm3 > 1.005 * bare.volume_mm3, "{} for {}", built.volume_mm3, bare.volume_mm3);
@@ -140,7 +140,7 @@ fn what_is_planned_covers_what_overhangs() {
     for scene in scenes() {
         let graph = scene.graph();
         let meshes: Vec<_> = scene.meshes.iter().collect();
-        let planned = plan(&graph, FlowMethod::Auto, (4, None), 1, &mut |_| {});
+        let planned = plan(&graph, FlowMethod::Auto, 4, None, 1, &mut |_| {});
         let all = cover(&graph, &planned.flow, &meshes, Angle::from_deg(45.0));
         let bare = graph.unreachable.len() as f64 / (graph.unreachable.len() + graph.red.len()) as f64;
         assert!(all.share() > 1.0 - 1.5 * bare - 1e-9, "{all:?}, {bare} of the squares bare");

@@ -52,7 +52,7 @@ fn agrees_with(outsider: Outsider<'_>) {
             let (units, cost) = outsider(&written(graph, (arc, node), folder.path()));
             let all = units as usize == graph.red.len();
             let (flow, limits) = min_cost(graph, FlowLimits::new(arc, node), &mut |_| {});
-            let pushed = plan(graph, FlowMethod::PushRelabel, (arc, node), 1, &mut |_| {}).limits;
+            let pushed = plan(graph, FlowMethod::PushRelabel, arc, node, 1, &mut |_| {}).limits;
             for (method, limits) in [("min-cost", &limits), ("push-relabel", &pushed)] {
                 let held = limits.raised_arcs.is_empty() && limits.raised_nodes.is_empty();
                 assert_eq!(held, all, "{method}, {name}, {arc} {node:?}");

@@ -46,7 +46,7 @@ fn graphs_and_costs_are_those_of_brute_force() {
             held_back += usize::from(!is_whole);
             crowded += usize::from(is_whole && flow(&theirs, 1000, None).1 < cost);
             for (name, method) in FlowMethod::NAMED {
-                let planned = plan(&ours, method, (arc, node), 1, &mut |_| {});
+                let planned = plan(&ours, method, arc, node, 1, &mut |_| {});
                 let what = format!("{name} of scene {seed}, {arc} {node:?}");
                 agree(&ours, &planned, is_whole.then_some(cost as u64), method, &what);
             }

@@ -82,7 +82,7 @@ fn auto_takes_less_than_shortest_paths_and_overloads_nothing() {
     let own = [scenes::leaning_ring().graph(), scenes::two_balls().graph()];
     let graphs: Vec<Graph> = KNOWN.iter().filter_map(graph).chain(own).collect();
     for graph in &graphs {
-        let of = |method| plan(graph, method, (4, None), 1, &mut |_| {});
+        let of = |method| plan(graph, method, 4, None, 1, &mut |_| {});
         let [auto, paths, cheapest] = [FlowMethod::Auto, FlowMethod::ShortestPaths, FlowMethod::MinCost].map(of);
         let length = |one: &trunnion::support::PlannedFlow| one.tally.length_mm(1.0);
         // An arc is as much material whether it leans or not.
@@ -172,7 +172,7 @@ fn large_scenes_are_planned() {
     let knot = scenes::knot().graph();
     assert!((1_000_000..2_000_000).contains(&knot.count().nodes), "{:?}", knot.count());
     for method in [FlowMethod::PushRelabel, FlowMethod::MinCost, FlowMethod::ShortestPaths] {
-        let planned = plan(&knot, method, (4, None), 1, &mut |_| {});
+        let planned = plan(&knot, method, 4, None, 1, &mut |_| {});
         assert_eq!((planned.tally.over_capacity, planned.flow.unbalanced(&knot)), (0, None), "{method:?}");
     }
     let rings = scenes::many_rings().graph();
