@@ -1,9 +1,9 @@
 //! Whether a travel at a pose clears what stands there, and how high it must go if not.
 
+use super::inputs::RewriteJob;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::{Head, Solid, Workpiece, contact_mm, table_solid};
-use crate::profile::Profile;
+use crate::planning::{Head, Solid, contact_mm, table_solid};
 
 /// How deep the middle of the tip may run into what stands, in layers: by so much a slicer rounds a top up or down.
 const GRAZE_LAYERS: f64 = 0.5;
@@ -30,13 +30,14 @@ impl<'a> Obstacles<'a> {
     /// `printing` are the parts of the setup, `supports` the corners of what supports were laid before, table frame.
     pub(super) fn at(
         pose: Pose,
-        (printed, printing, supports): (&[usize], &[usize], &[Vec<Vec3>]),
-        workpiece: &Workpiece<'_>,
+        printed: &[usize],
+        printing: &[usize],
+        supports: &[Vec<Vec3>],
+        job: &RewriteJob<'_>,
         table: &TableKinematics,
-        profile: &Profile,
         head: &'a Head,
     ) -> Self {
-        let motion = table.forward(pose);
+        let (workpiece, profile, motion) = (job.workpiece, job.profile, table.forward(pose));
         let moved = |part: &usize| Solid::of(&workpiece.parts[*part]).moved(&motion.rotation, &motion.translation);
         let mut solids: Vec<Solid> = printed.iter().map(moved).collect();
         let contact = contact_mm(profile);

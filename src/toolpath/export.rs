@@ -143,7 +143,7 @@ pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -
             return Err(BoxMismatch::Short { axis: name, short_mm, allowed_mm: 2.0 * width });
         }
     }
-    check_height(slot, sliced, &sections, (width, height))
+    check_height(slot, sliced, &sections, width, height)
 }
 
 /// Whether on more than half of the layers all that lies farther along an axis than the extrusion, by more than may be missing, is thinner
@@ -204,7 +204,8 @@ fn check_height(
     slot: &SlotMesh,
     sliced: &SlicedPrint<'_>,
     sections: &Sections,
-    (width, layer): (f64, f64),
+    width: f64,
+    layer: f64,
 ) -> Result<(), BoxMismatch> {
     let height = slot.mesh.bounds().max.z;
     let top = sliced.extrusion.max.z;

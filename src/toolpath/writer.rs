@@ -221,8 +221,7 @@ impl<'a> Writer<'a> {
         let pose = group[0].print.pose(self.table);
         self.change_pose(pose, group);
         let printing = parts(group);
-        let stands = (&self.printed[..], &printing[..], &self.supports[..]);
-        let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
+        let obstacles = Obstacles::at(pose, &self.printed, &printing, &self.supports, self.job, self.table, self.head);
         self.clear_height = obstacles.over_all;
         let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(e.print.part, &region(e))).collect();
         let place = Place { chunks, obstacles: &obstacles, open: &open };
