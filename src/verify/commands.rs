@@ -54,7 +54,8 @@ impl<'a> Permitted<'a> {
         effect: Effect,
         zone: Zone,
         line: &ParsedLine,
-        (text, clear): (&[u8], bool),
+        text: &[u8],
+        clear: bool,
     ) -> Option<String> {
         let does = match effect {
             Effect::Hazard(Hazard::Person) if clear && zone == Zone::Prints => return None,

@@ -235,7 +235,7 @@ impl<'a> Checker<'a> {
         let read = parsed.read(text).is_ok();
         if read
             && !self.is_beside_turns(text)
-            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, clear))
+            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, text, clear)
         {
             self.say(Rule::Command, [0.0; 2], || objection);
         }

@@ -54,7 +54,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         let mut search = section.search();
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
             let middle = [centre_x, centre_y];
-            covered += sample(printed, (level, &mut search), (index, &mut taking), middle, &mut samples);
+            covered += sample(printed, level, &mut search, index, &mut taking, middle, &mut samples);
         }
         outline += section.perimeter();
         sections.push((section, other));
@@ -150,8 +150,10 @@ fn length(printed: &PrintedPart<'_>, index: u32) -> f64 {
 /// Takes samples of a wall; the length that they stand for and that lies beside the outline, mm: in a small part the wall's own corners too.
 fn sample(
     printed: &PrintedPart<'_>,
-    (level, search): (&Level, &mut OutlineSearch<'_>),
-    (index, taking): (u32, &mut Taking),
+    level: &Level,
+    search: &mut OutlineSearch<'_>,
+    index: u32,
+    taking: &mut Taking,
     centre: [f64; 2],
     samples: &mut Vec<Sample>,
 ) -> f64 {
