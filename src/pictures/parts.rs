@@ -99,8 +99,7 @@ pub(crate) fn solids(
 
 /// A solid as it is with what overhangs, in parts that have colours and names, and the parts a little apart along the way that each is
 /// printed.
-pub(crate) fn cut_up(whole: (&TriangleMesh<Object>, Angle), split: &Split, story: Vec<String>) -> Sheet {
-    let (mesh, angle) = whole;
+pub(crate) fn cut_up(mesh: &TriangleMesh<Object>, angle: Angle, split: &Split, story: Vec<String>) -> Sheet {
     let low = mesh.bounds().min.z;
     let from = angle.rad().sin();
     let hangs = |&i: &usize| {

@@ -36,8 +36,8 @@ pub(crate) fn of_prints(
             return (Adhesion::default(), Some(Flaw::Lessened(Lessened::ForSupports)));
         }
         let profile = &plan.machine.profile;
-        let room = room(own, &standing, profile.tip_radius_mm(), |x, y| profile.beyond_table(x, y));
-        lessened(process, index == 0, room)
+        let (room_mm, beside) = room(own, &standing, profile.tip_radius_mm(), |x, y| profile.beyond_table(x, y));
+        lessened(process, index == 0, room_mm, beside)
     };
     plan.prints().zip(meshes).enumerate().map(one).collect()
 }
@@ -66,7 +66,7 @@ fn room(
     (mm.max(0.0), part)
 }
 
-fn lessened(process: &SliceSettings, first: bool, (room_mm, beside): (f64, Option<usize>)) -> (Adhesion, Option<Flaw>) {
+fn lessened(process: &SliceSettings, first: bool, room_mm: f64, beside: Option<usize>) -> (Adhesion, Option<Flaw>) {
     let brim_mm = process.brim_mm.min(room_mm);
     let loops_mm = f64::from(process.skirt_loops) * process.line_width_mm.max(process.first_layer_width_mm);
     let fits = brim_mm + process.skirt_distance_mm + loops_mm <= room_mm;
@@ -124,16 +124,16 @@ mod tests {
     fn what_does_not_fit_is_less_and_told() {
         let process =
             SliceSettings { brim_mm: 5.0, skirt_loops: 2, skirt_distance_mm: 3.0, ..SliceSettings::default() };
-        let wide = lessened(&process, true, (9.0, None));
+        let wide = lessened(&process, true, 9.0, None);
         let all = Adhesion { brim_mm: 5.0, skirt_loops: 2, skirt_distance_mm: 3.0 };
         assert_eq!(wide, (all, None));
-        let second = lessened(&process, false, (9.0, None));
+        let second = lessened(&process, false, 9.0, None);
         assert_eq!(second, (Adhesion { skirt_loops: 0, ..all }, None), "loops go around the first print alone");
-        let narrow = lessened(&process, true, (8.8, Some(1)));
+        let narrow = lessened(&process, true, 8.8, Some(1));
         assert_eq!((narrow.0.brim_mm, narrow.0.skirt_loops), (5.0, 0));
         let told = narrow.1.map(|flaw| flaw.to_string()).unwrap_or_default();
         assert!(told.contains("8.9") && told.contains("8.8") && told.contains("part 1"), "{told}");
-        let short = lessened(&process, true, (1.25, Some(1)));
+        let short = lessened(&process, true, 1.25, Some(1));
         assert_eq!((short.0.brim_mm, short.0.skirt_loops), (1.25, 0));
         let told = short.1.map(|flaw| flaw.to_string()).unwrap_or_default();
         assert!(told.contains("1.25 mm") && told.contains("of 5 mm") && told.contains("--gap"), "{told}");

@@ -67,18 +67,20 @@ const STEPS: u64 = 1_000_000;
 pub(super) fn in_pieces(
     model: &LoadedModel,
     machine: &LoadedProfile,
-    (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
+    options: &PlanOptions,
+    file: &str,
+    budget: Option<CutBudget>,
     known: &mut Known,
     world: &World<'_>,
 ) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), Refused> {
     if model.model.parts.len() == 1 {
-        let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file, budget), world)?;
+        let (plan, split, bytes) = in_parts(model.clone(), machine, options, file, budget, world)?;
         if split.split.cuts.is_empty() {
             return Err(Refused::Whole);
         }
         return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
-    let pieces = Pieces::of(model, (machine, options, budget), known, world)?;
+    let pieces = Pieces::of(model, machine, options, budget, known, world)?;
     let bytes = pieces.threemf();
     let parts = LoadedModel::made(file.to_owned(), &bytes)?;
     let plain =

@@ -254,7 +254,7 @@ pub(crate) fn support_solids(
             let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
             build(&graph, &flow, &Ceiling::of(&graph, &[&held.slot.mesh]), &how).mesh
         };
-        let all = with_props(columns, (&held, supports), &profile.process);
+        let all = with_props(columns, &held, supports, &profile.process);
         Some((print.part, all.moved(&Rigid::shift(held.slot.to_machine))))
     };
     plan.prints().filter_map(|(_, print)| solid(print)).collect()
@@ -263,7 +263,8 @@ pub(crate) fn support_solids(
 /// `columns` with the sheets of props, a box for what of a sheet is the same in layers one above the other.
 fn with_props(
     columns: TriangleMesh<Slot>,
-    (held, supports): (&HeldMesh, &PrintSupports),
+    held: &HeldMesh,
+    supports: &PrintSupports,
     process: &SliceSettings,
 ) -> TriangleMesh<Slot> {
     if supports.props.is_empty() {
@@ -320,8 +321,10 @@ fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
 /// The supports of `print` as G-code like a slicer's, at the layers of what was `sliced` for it.
 fn sliced_supports(
     plan: &CheckedPlan,
-    (number, print): (usize, &Print),
-    (sliced, centre_mm): (&SlicedPrint<'_>, [f64; 2]),
+    number: usize,
+    print: &Print,
+    sliced: &SlicedPrint<'_>,
+    centre_mm: [f64; 2],
 ) -> Result<Vec<u8>, LayError> {
     let Some(supports) = &print.supports else { return Ok(Vec::new()) };
     let process = &plan.machine.profile.process;
@@ -353,8 +356,7 @@ pub(crate) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<V
     let one = |((number, _, print), held): ((usize, usize, &Print), usize)| {
         // What is missing is named where the file is written.
         let input = inputs.iter().find(|input| input.print == held)?;
-        let sliced = (input.sliced, input.centre_mm);
-        Some(sliced_supports(plan, (number, print), sliced).map(|bytes| (number, bytes)))
+        Some(sliced_supports(plan, number, print, input.sliced, input.centre_mm).map(|bytes| (number, bytes)))
     };
     plan.plan.supports().zip(plan.plan.held()).filter_map(one).collect()
 }

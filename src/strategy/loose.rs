@@ -88,7 +88,8 @@ pub(super) fn spread(
     set: &SetUp,
     clusters: &[Cluster],
     ups: &[Option<Vec3>],
-    (machine, file): (&LoadedProfile, &str),
+    machine: &LoadedProfile,
+    file: &str,
 ) -> Result<SetUp, StrategyError> {
     let model = &set.model.model;
     let parts: Vec<Vec<Part>> =
@@ -130,7 +131,8 @@ pub(super) fn spread(
 pub(super) fn each_by_itself(
     model: &LoadedModel,
     clusters: &[Cluster],
-    (machine, options): (&LoadedProfile, &PlanOptions),
+    machine: &LoadedProfile,
+    options: &PlanOptions,
     world: &World<'_>,
 ) -> Vec<Option<Vec3>> {
     let mut known: Vec<(TriangleMesh<Object>, Option<Vec3>)> = Vec::new();
@@ -149,18 +151,14 @@ pub(super) fn each_by_itself(
         if let Some((_, up)) = known.iter().find(|(other, _)| copied(other, &mesh).is_some()) {
             return *up;
         }
-        let up = by_itself(&alone, (machine, &options), world);
+        let up = by_itself(&alone, machine, &options, world);
         known.push((mesh, up));
         up
     };
     clusters.iter().map(&mut up).collect()
 }
 
-fn by_itself(
-    alone: &LoadedModel,
-    (machine, options): (&LoadedProfile, &PlanOptions),
-    world: &World<'_>,
-) -> Option<Vec3> {
+fn by_itself(alone: &LoadedModel, machine: &LoadedProfile, options: &PlanOptions, world: &World<'_>) -> Option<Vec3> {
     let has_plan = |model: &LoadedModel| {
         planned_along(Along::These(&[Vec3::z()]), model.clone(), machine.clone(), options, world).is_ok()
     };
@@ -171,7 +169,7 @@ fn by_itself(
     let set = SetUp::as_read(alone.clone());
     let cluster = Cluster::all(&alone.model);
     let stands = |up: &Vec3| {
-        let turned = spread(&set, &cluster, &[Some(*up)], (machine, &alone.file));
+        let turned = spread(&set, &cluster, &[Some(*up)], machine, &alone.file);
         turned.is_ok_and(|turned| has_plan(&turned.model))
     };
     let ups = || poses.others.iter().map(|pose| pose.up);

@@ -79,17 +79,18 @@ impl Known {
     pub(super) fn each_has_a_plan(
         &mut self,
         model: &LoadedModel,
-        (machine, options): (&LoadedProfile, &PlanOptions),
+        machine: &LoadedProfile,
+        options: &PlanOptions,
         world: &World<'_>,
     ) -> bool {
         let has_plan = |alone: &Alone| {
             let parts = model.only(&alone.group);
             let whole = match alone.group.len() {
                 1 => {
-                    let (index, _) = self.of(&parts, (machine, &alone.options), world);
+                    let (index, _) = self.of(&parts, machine, &alone.options, world);
                     self.0[index].whole.clone()
                 }
-                _ => whole(&parts, (machine, &alone.options), world),
+                _ => whole(&parts, machine, &alone.options, world),
             };
             matches!(whole, Ok(Some(_)))
         };
@@ -100,7 +101,8 @@ impl Known {
     fn of(
         &mut self,
         solid: &LoadedModel,
-        (machine, options): (&LoadedProfile, &PlanOptions),
+        machine: &LoadedProfile,
+        options: &PlanOptions,
         world: &World<'_>,
     ) -> (usize, Vec3) {
         let mesh = &solid.model.parts[0].mesh;
@@ -109,7 +111,7 @@ impl Known {
         if let Some(found) = self.0.iter().enumerate().find_map(|(k, shape)| Some((k, same(shape)?))) {
             return found;
         }
-        let whole = whole(solid, (machine, options), world);
+        let whole = whole(solid, machine, options, world);
         self.0.push(Shape { mesh: mesh.clone(), allow, whole, cut: None });
         (self.0.len() - 1, Vec3::zeros())
     }
@@ -119,12 +121,14 @@ impl Known {
         &mut self,
         index: usize,
         solid: LoadedModel,
-        (machine, options, budget): (&LoadedProfile, &PlanOptions, Option<CutBudget>),
+        machine: &LoadedProfile,
+        options: &PlanOptions,
+        budget: Option<CutBudget>,
         world: &World<'_>,
     ) {
         let shape = &mut self.0[index];
         if matches!(shape.whole, Ok(None)) && shape.cut.is_none() {
-            let cut = in_parts(solid, machine, (options, "", budget), world);
+            let cut = in_parts(solid, machine, options, "", budget, world);
             shape.cut = Some(cut.map(|(plan, split, _)| (directions(&plan.plan), split)));
         }
     }
@@ -133,7 +137,8 @@ impl Known {
 /// The directions along which some parts are printed as they are, where they have a plan by themselves.
 fn whole(
     parts: &LoadedModel,
-    (machine, options): (&LoadedProfile, &PlanOptions),
+    machine: &LoadedProfile,
+    options: &PlanOptions,
     world: &World<'_>,
 ) -> Result<Option<Vec<Vec3>>, Refused> {
     match planned(parts.clone(), machine.clone(), options, world) {
@@ -166,7 +171,9 @@ impl Pieces {
     /// The pieces of `model`, whose groups of parts are planned or cut each as if it stood alone; else why not.
     pub(super) fn of(
         model: &LoadedModel,
-        (machine, options, budget): (&LoadedProfile, &PlanOptions, Option<CutBudget>),
+        machine: &LoadedProfile,
+        options: &PlanOptions,
+        budget: Option<CutBudget>,
         known: &mut Known,
         world: &World<'_>,
     ) -> Result<Self, Refused> {
@@ -176,19 +183,19 @@ impl Pieces {
             let named = |part: usize| part_named(part, &model.model.parts[part].name);
             let parts = model.only(group);
             let [part] = group[..] else {
-                let Some(ups) = whole(&parts, (machine, options), world)? else {
+                let Some(ups) = whole(&parts, machine, options, world)? else {
                     let [first, last] = [group[0], group[group.len() - 1]].map(named);
                     return Err(Refused::Several { first, last, parts: group.len() });
                 };
-                pieces.keep(model, group, (&ups, options));
+                pieces.keep(model, group, &ups, options);
                 continue;
             };
-            let (index, by) = known.of(&parts, (machine, options), world);
-            known.cut(index, parts, (machine, options, budget), world);
+            let (index, by) = known.of(&parts, machine, options, world);
+            known.cut(index, parts, machine, options, budget, world);
             let Shape { whole, cut: split, .. } = &known.0[index];
             let about = |why: &Refused| why.clone().of_part(named(part));
             if let Some(ups) = whole.as_ref().map_err(about)? {
-                pieces.keep(model, group, (ups, options));
+                pieces.keep(model, group, ups, options);
             }
             if let Some(made) = split {
                 let (ups, split) = made.as_ref().map_err(about)?;
@@ -217,7 +224,7 @@ impl Pieces {
     }
 
     /// Takes parts as they are.
-    fn keep(&mut self, model: &LoadedModel, group: &[usize], (ups, alone): (&[Vec3], &PlanOptions)) {
+    fn keep(&mut self, model: &LoadedModel, group: &[usize], ups: &[Vec3], alone: &PlanOptions) {
         let base = self.parts.len();
         self.allow.extend(alone.allow.iter().map(|(part, area)| (base + part, *area)));
         let parts = group.iter().map(|&part| &model.model.parts[part]);
@@ -246,7 +253,9 @@ impl Pieces {
 pub(super) fn in_parts(
     solid: LoadedModel,
     machine: &LoadedProfile,
-    (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
+    options: &PlanOptions,
+    file: &str,
+    budget: Option<CutBudget>,
     world: &World<'_>,
 ) -> Result<(PlanResult, SplitResult, Vec<u8>), Refused> {
     let cuts = SplitOptions {

@@ -110,8 +110,8 @@ impl SplitResult {
     /// The solid with what overhangs, and its parts in colours, where they were and apart.
     pub fn view(&self) -> Drawing {
         let story = self.why_not().iter().map(ToString::to_string).collect();
-        let whole = (&self.model.model.parts[0].mesh, Angle::from_deg(self.overhang_deg));
-        pictures::cut_up(whole, &self.split, story).drawing()
+        let (mesh, angle) = (&self.model.model.parts[0].mesh, Angle::from_deg(self.overhang_deg));
+        pictures::cut_up(mesh, angle, &self.split, story).drawing()
     }
 
     /// The cuts, a line each, and what they come to.

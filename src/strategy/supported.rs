@@ -120,7 +120,9 @@ const FAR_MM: f64 = 5.0;
 pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
-    (options, holding, why): (&PlanOptions, Holding, &Refused),
+    options: &PlanOptions,
+    holding: Holding,
+    why: &Refused,
     world: &World<'_>,
 ) -> Result<(PlanResult, HeldModel), Refused> {
     let parts = &model.model.parts;
@@ -146,7 +148,7 @@ pub(super) fn on_supports(
     let mut attempts = Vec::new();
     for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
         let about = |why: Refused| if parts.len() > 1 { why.of_part(named(print.part)) } else { why };
-        attempts.extend(Attempt::best(&plan.plan, print, (options, holding)).map_err(about)?);
+        attempts.extend(Attempt::best(&plan.plan, print, options, holding).map_err(about)?);
     }
     if attempts.is_empty() {
         if touching {
@@ -182,7 +184,8 @@ impl Attempt {
     fn best(
         plan: &CheckedPlan,
         print: &Print,
-        (options, holding): (&PlanOptions, Holding),
+        options: &PlanOptions,
+        holding: Holding,
     ) -> Result<Option<Self>, Refused> {
         let process = &plan.machine.profile.process;
         let mesh = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
@@ -232,9 +235,8 @@ impl Attempt {
         };
         let forms: Vec<Result<(PrintSupports, Laid), Refused>> =
             forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
-        let of = |(supports, columns): &(PrintSupports, Laid)| {
-            Self::of(plan, print, ((&mesh, &cuts), supports, columns, &bare), (&judge, &rule))
-        };
+        let hanging = HangingPart { mesh: &mesh, cuts: &cuts, bare: &bare, judge: &judge, rule: &rule };
+        let of = |(supports, columns): &(PrintSupports, Laid)| Self::of(plan, print, &hanging, supports, columns);
         Self::cheapest(&forms, of).map(Some)
     }
 
@@ -287,10 +289,12 @@ impl Attempt {
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        ((mesh, cuts), supports, columns, bare): ((&HeldMesh, &Cuts), &PrintSupports, &Laid, &Hanging),
-        (judge, rule): (&LayerJudge, &OverhangRule),
+        hanging: &HangingPart<'_>,
+        supports: &PrintSupports,
+        columns: &Laid,
     ) -> Result<Self, Refused> {
         let process = &plan.machine.profile.process;
+        let &HangingPart { mesh, cuts, bare, judge, rule } = hanging;
         let (mut supports, mut laid) = (supports.clone(), columns.clone());
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
@@ -389,6 +393,15 @@ impl Attempt {
 /// By how much a column stands free over more than it should, mm.
 fn free_beyond_mm(supports: &PrintSupports, laid: &Laid) -> f64 {
     supports.brace_mm.map_or(0.0, |most| (laid.longest_free_mm - most).max(0.0))
+}
+
+/// A part of which something hangs, as each kind of supports is tried on it.
+struct HangingPart<'a> {
+    mesh: &'a HeldMesh,
+    cuts: &'a Cuts,
+    bare: &'a Hanging,
+    judge: &'a LayerJudge,
+    rule: &'a OverhangRule,
 }
 
 /// What of a part hangs without supports.

@@ -34,7 +34,7 @@ pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Stra
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
     let ways = WaysOut { supporting: request.supporting, ..WaysOut::NONE };
     let set = arranged(&models, world)?;
-    Ok(planned_somehow(&models, set, (&request.options, &ways), world)?.plan)
+    Ok(planned_somehow(&models, set, &request.options, &ways, world)?.plan)
 }
 
 /// A plan, and what was done to the model for it.
@@ -84,7 +84,8 @@ impl PlannedSomehow {
 pub(crate) fn planned_somehow(
     models: &Models<'_>,
     set: SetUp,
-    (options, ways): (&PlanOptions, &WaysOut),
+    options: &PlanOptions,
+    ways: &WaysOut,
     world: &World<'_>,
 ) -> Result<PlannedSomehow, StrategyError> {
     let mut sets = vec![set];
@@ -112,7 +113,7 @@ pub(crate) fn planned_somehow(
         why = lost.why_not.clone().unwrap_or(Refused::Unasked);
     } else if drawn {
         match tries.as_they_are() {
-            Ok(Ok(plan)) => tries.find(Way::AsDrawn, (plan, None, None)),
+            Ok(Ok(plan)) => tries.find(Way::AsDrawn, plan, None, None),
             Ok(Err(because)) => {
                 why = because;
                 tries.as_one();
@@ -200,7 +201,7 @@ impl Tries<'_> {
     /// The models with their loose solids beside each other, with some direction up or, by default, as they were drawn.
     fn spread(&self, ups: &[Option<Vec3>]) -> Option<SetUp> {
         let file = self.models.how.file_of(&self.sets[0].model);
-        spread(&self.sets[0], &self.clusters, ups, (self.models.machine, &file)).ok()
+        spread(&self.sets[0], &self.clusters, ups, self.models.machine, &file).ok()
     }
 
     fn spread_as_drawn(&self) -> Option<SetUp> {
@@ -215,7 +216,7 @@ impl Tries<'_> {
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
         let Some(set) = self.spread_as_drawn() else { return };
         if let Ok(plan) = planned(set.model.clone(), self.models.machine.clone(), &quiet, self.world) {
-            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged.clone()), None, None));
+            self.find(Way::AsDrawn, plan.of_arranged(set.arranged.clone()), None, None);
         }
         self.sets = vec![set];
     }
@@ -227,21 +228,20 @@ impl Tries<'_> {
         }
         let silent = World { progress: &Silent, ..*self.world };
         let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
-        let alone = (self.models.machine, &quiet);
-        let ups = each_by_itself(&self.sets[0].model, &self.clusters, alone, &silent);
+        let ups = each_by_itself(&self.sets[0].model, &self.clusters, self.models.machine, &quiet, &silent);
         let Some(set) = self.spread(&ups) else { return };
         let turned = ups.iter().any(Option::is_some);
         if self.allowed(Way::Turned) && turned {
             match planned(set.model.clone(), self.models.machine.clone(), &quiet, &silent) {
-                Ok(plan) => self.find(Way::Turned, (plan.of_arranged(set.arranged.clone()), None, None)),
+                Ok(plan) => self.find(Way::Turned, plan.of_arranged(set.arranged.clone()), None, None),
                 Err(no) => self.tried.push(TriedWay::refused(Way::Turned, no.into())),
             }
         }
         if self.found.is_empty() && self.allowed(Way::TurnedSupports) && turned {
-            match on_supports(&set.model, self.models.machine, (&quiet, self.ways.holding, why), &silent) {
+            match on_supports(&set.model, self.models.machine, &quiet, self.ways.holding, why, &silent) {
                 Ok((_, held)) if held.parts.is_empty() => {}
                 Ok((plan, held)) => {
-                    self.find(Way::TurnedSupports, (plan.of_arranged(set.arranged), None, Some(held)));
+                    self.find(Way::TurnedSupports, plan.of_arranged(set.arranged), None, Some(held));
                 }
                 Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, no)),
             }
@@ -285,8 +285,7 @@ impl Tries<'_> {
             done => return Ok(done),
         };
         // More room is of no use to what has no plan by itself.
-        let alone = (self.models.machine, self.options);
-        if !self.known.each_has_a_plan(&self.sets[0].model, alone, self.world) {
+        if !self.known.each_has_a_plan(&self.sets[0].model, self.models.machine, self.options, self.world) {
             return Ok(Err(why));
         }
         // What no longer fits on the table is no error.
@@ -318,7 +317,7 @@ impl Tries<'_> {
         let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
         let upright = Along::These(&[Vec3::z()]);
         if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {
-            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged), None, None));
+            self.find(Way::AsDrawn, plan.of_arranged(set.arranged), None, None);
         }
     }
 
@@ -354,7 +353,7 @@ impl Tries<'_> {
                 Some((up, plan.of_arranged(set.arranged)))
             };
             match poses.others.iter().find_map(plan) {
-                Some((up, plan)) => self.find_turned(Way::Turned, up, (plan, None)),
+                Some((up, plan)) => self.find_turned(Way::Turned, up, plan, None),
                 None => {
                     let why_not = Refused::Turned { poses: poses.others.len() };
                     self.tried.push(TriedWay::refused(Way::Turned, why_not));
@@ -372,7 +371,7 @@ impl Tries<'_> {
         let held = |pose: &Priced| {
             let set = turned(self.models, pose.up.into(), silent)?;
             let (plan, held) =
-                on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
+                on_supports(&set.model, self.models.machine, self.options, self.ways.holding, why, silent)?;
             // Nobody asked for a pose in which it does not stand by itself: supports have to hold it there.
             match plan.pushed_over().filter(|_| !pose.stands) {
                 Some(no) => Err(Refused::NoPlan(no)),
@@ -389,7 +388,7 @@ impl Tries<'_> {
             match held(pose) {
                 // That is the turned one.
                 Ok((_, _, held)) if held.parts.is_empty() => return,
-                Ok((up, plan, held)) => return self.find_turned(Way::TurnedSupports, up, (plan, Some(held))),
+                Ok((up, plan, held)) => return self.find_turned(Way::TurnedSupports, up, plan, Some(held)),
                 Err(no) => drop(first.get_or_insert(no)),
             }
         }
@@ -401,8 +400,8 @@ impl Tries<'_> {
             return;
         }
         let held = self.first_of(|set| {
-            let how = (self.options, self.ways.holding, why);
-            let (plan, held) = on_supports(&set.model, self.models.machine, how, self.world)?;
+            let (machine, holding) = (self.models.machine, self.ways.holding);
+            let (plan, held) = on_supports(&set.model, machine, self.options, holding, why, self.world)?;
             Ok((plan.of_arranged(set.arranged.clone()), held))
         });
         match held {
@@ -412,10 +411,10 @@ impl Tries<'_> {
                 self.tried.push(TriedWay::refused(Way::Supports, why_not));
                 if self.ways.allow(Way::AsDrawn) {
                     self.tried.retain(|tried| tried.way != Way::AsDrawn);
-                    self.find(Way::AsDrawn, (plan, None, None));
+                    self.find(Way::AsDrawn, plan, None, None);
                 }
             }
-            Ok((plan, held)) => self.find(Way::Supports, (plan, None, Some(held))),
+            Ok((plan, held)) => self.find(Way::Supports, plan, None, Some(held)),
             Err(no) => self.tried.push(TriedWay::refused(Way::Supports, no)),
         }
     }
@@ -441,14 +440,14 @@ impl Tries<'_> {
         let machine = self.models.machine;
         let cut = self.first_of(|set| {
             let (mut plan, solids, bytes) =
-                in_pieces(&set.model, machine, (self.options, file, budget), &mut known, self.world)?;
+                in_pieces(&set.model, machine, self.options, file, budget, &mut known, self.world)?;
             let cut = CutModel { solids, bytes, file: file.clone(), why: why.clone() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))
         });
         self.world.progress.may_end(None);
         match cut {
-            Ok((plan, cut)) => self.find(Way::Cut, (plan, Some(cut), None)),
+            Ok((plan, cut)) => self.find(Way::Cut, plan, Some(cut), None),
             Err(no) => self.tried.push(TriedWay::refused(Way::Cut, no)),
         }
     }
@@ -489,7 +488,7 @@ impl Tries<'_> {
         Err(why.unwrap_or(Refused::Unasked))
     }
 
-    fn find(&mut self, way: Way, (plan, cut, held): (PlanResult, Option<CutModel>, Option<HeldModel>)) {
+    fn find(&mut self, way: Way, plan: PlanResult, cut: Option<CutModel>, held: Option<HeldModel>) {
         let terms = match (&cut, &held) {
             (Some(cut), _) => costs::in_parts(&plan, cut.seam_mm2()),
             (_, Some(held)) => costs::on_supports(&plan, held),
@@ -499,8 +498,8 @@ impl Tries<'_> {
         self.found.push(Found { tried, rank: self.weights.rank(way, &terms), plan, cut, held });
     }
 
-    fn find_turned(&mut self, way: Way, up: [f64; 3], (plan, held): (PlanResult, Option<HeldModel>)) {
-        self.find(way, (plan, None, held));
+    fn find_turned(&mut self, way: Way, up: [f64; 3], plan: PlanResult, held: Option<HeldModel>) {
+        self.find(way, plan, None, held);
         self.found.iter_mut().filter(|found| found.tried.way == way).for_each(|found| found.tried.up = Some(up));
     }
 
@@ -562,7 +561,7 @@ fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Opti
     let options = PlanOptions { remedies: false, plans: 1, ..options.clone() };
     let whole = WaysOut { supporting: Supporting::Auto, ..WaysOut::NONE };
     let again = Models { how: &how, ..*models };
-    let done = planned_somehow(&again, set, (&options, &whole), world).ok()?;
+    let done = planned_somehow(&again, set, &options, &whole, world).ok()?;
     let on = if done.held.is_some() { ", on supports (--supports auto)" } else { "" };
     let parts = done.plan.plan.model.model.parts.len();
     let text = format!("join touching parts (--join): this gives {} with a plan{on}", counted(parts, "solid"));

@@ -237,8 +237,8 @@ impl Proving<'_> {
         seconds: &mut Seconds,
     ) -> Result<PlannedSomehow, PrintError> {
         let mut planning = 0.0;
-        let options = (&self.request.plan, ways);
-        let planned = timed(&mut planning, self.world, || planned_somehow(models, set, options, self.world));
+        let options = &self.request.plan;
+        let planned = timed(&mut planning, self.world, || planned_somehow(models, set, options, ways, self.world));
         let orient = planned.as_ref().map_or(0.0, |somehow| somehow.plan.orient_seconds);
         seconds.orient += orient;
         seconds.plan += (planning - orient).max(0.0);

@@ -183,7 +183,7 @@ pub(super) fn planned_along(
         let plan = Plan {
             machine_values,
             bridge_mm: options.bridge_mm,
-            ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
+            ..draft(&model, &machine, placement, &plans[0], options.kept_in.as_deref(), world)
         };
         let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile, &[]);
         match standing.filter(WorstStanding::falls) {
@@ -195,7 +195,7 @@ pub(super) fn planned_along(
         Ok(found) => found,
         Err(infeasible) => {
             let seek = options.remedies && can_be_helped(&infeasible);
-            let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
+            let seek = seek.then(|| remedies(&infeasible, &workpiece, profile, &directions, &wanted, world));
             drop(workpiece);
             return Err(StrategyError::NoPlan(Box::new(NoPlan {
                 infeasible,
@@ -259,7 +259,8 @@ fn draft(
     machine: &LoadedProfile,
     placement: Placement,
     best: &Planned,
-    (kept_in, world): (Option<&Path>, &World<'_>),
+    kept_in: Option<&Path>,
+    world: &World<'_>,
 ) -> Plan {
     Plan {
         format: Plan::FORMAT.to_owned(),
@@ -286,8 +287,10 @@ const KINDS: usize = 13;
 
 fn remedies(
     no: &Infeasible,
-    (workpiece, profile): (&Workpiece<'_>, &Profile),
-    (directions, options): (&[Vec<Direction>], &Options<'_>),
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options<'_>,
     world: &World<'_>,
 ) -> Vec<Remedy> {
     let bar = world.progress.begin("remedies", KINDS);
