@@ -1,6 +1,6 @@
 //! One cut: segments with material to their left, in a grid of cells.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::grid::{Nearest, PlanePoint, Segment, Segments, to_segment};
 use super::overlap;

@@ -3,7 +3,7 @@
 //! The side of a point is told by the nearest segment, and its distance is that from it: neither is right where that segment lies within
 //! another shell. Such a cut, rare, is made anew as the border of all that is wound around at least once, on the grid of [`polygons`].
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::grid::{PlanePoint, Segment, Segments, to_segment};
 use super::polygons::{self, UNITS_PER_MM, units};
@@ -67,9 +67,10 @@ fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
     if beside(0) || beside(1) {
         return false;
     }
-    // The end that one leaves the other by must lead away from it.
+    // The end that one leaves the other by must lead away from it: all do that turn by no more than a right angle.
     let returns = |from: PlanePoint, middle: PlanePoint, to: PlanePoint| {
-        to_segment(to, [from, middle]) <= TOUCHING_MM || to_segment(from, [middle, to]) <= TOUCHING_MM
+        !goes_on(from, middle, to)
+            && (to_segment(to, [from, middle]) <= TOUCHING_MM || to_segment(from, [middle, to]) <= TOUCHING_MM)
     };
     match (b == p, q == a) {
         (true, true) => true,
@@ -80,6 +81,14 @@ fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
             crosses([a, b], [p, q]) || ends.iter().any(|mm| *mm <= TOUCHING_MM)
         }
     }
+}
+
+/// Whether the way from one point to the next and on to a third turns by no more than a right angle, and both stretches are longer than what may touch.
+fn goes_on(from: PlanePoint, middle: PlanePoint, to: PlanePoint) -> bool {
+    let (u, v) = ([middle[0] - from[0], middle[1] - from[1]], [to[0] - middle[0], to[1] - middle[1]]);
+    let dot = |a: PlanePoint, b: PlanePoint| a[0] * b[0] + a[1] * b[1];
+    let least = TOUCHING_MM * TOUCHING_MM;
+    dot(u, v) >= 0.0 && dot(u, u) > least && dot(v, v) > least
 }
 
 /// The border of what closed curves of segments wind around at least once, material to the left; `None` where they are not closed.

@@ -90,8 +90,8 @@ impl Ini {
     }
 }
 
-/// What is laid around a print, by a slicer that marks it.
-const AROUND: [&str; 2] = ["skirts", "brim_width"];
+/// What only a slicer can be asked for that marks its lines: what is printed around a part, and infill higher than its layer.
+const MARKED: [&str; 3] = ["skirts", "brim_width", "infill_every_layers"];
 /// Settings that are not the user's to make here, but for start and end code, which the profile has.
 const NOT_TAKEN: [&str; 14] = [
     "interior_brim_width",
@@ -113,8 +113,8 @@ const NOT_TAKEN: [&str; 14] = [
     "infill_sparse_thickness",
 ];
 
-/// What the user's configurations, the last of which counts, ask for of that, as `key = value`; `marks` where the slicer marks what it lays
-/// around a print.
+/// What the user's configurations, the last of which counts, ask for of that, as `key = value`; `marks` where the slicer marks its
+/// lines.
 pub(super) fn not_taken(texts: &[String], marks: bool) -> Vec<String> {
     let mut values = Values::new();
     let mut given = std::collections::BTreeMap::new();
@@ -123,7 +123,10 @@ pub(super) fn not_taken(texts: &[String], marks: bool) -> Vec<String> {
     if given.get("infill_sparse_thickness") == given.get("layer_height") {
         given.remove("infill_sparse_thickness");
     }
-    for key in AROUND.into_iter().filter(|_| !marks).chain(NOT_TAKEN) {
+    if given.get("infill_every_layers").is_some_and(|layers| layers == "1") {
+        given.remove("infill_every_layers");
+    }
+    for key in MARKED.into_iter().filter(|_| !marks).chain(NOT_TAKEN) {
         if let Some(value) = given.remove(key).filter(|value| is_asked(value)) {
             values.insert(key, value);
         }
@@ -188,6 +191,10 @@ mod tests {
         assert_eq!(not_taken(&[cura], false), ["support_enable = true"]);
         let cura = "adaptive_layer_height_enabled = true\nmagic_spiralize = false\n".to_owned();
         assert_eq!(not_taken(&[cura], false), ["adaptive_layer_height_enabled = true"]);
+        let higher = "infill_every_layers = 2\n".to_owned();
+        assert_eq!(not_taken(&[higher.clone()], false), ["infill_every_layers = 2"]);
+        assert_eq!(not_taken(&[higher], true), Vec::<String>::new());
+        assert_eq!(not_taken(&["infill_every_layers = 1\n".to_owned()], false), Vec::<String>::new());
         assert_eq!(not_taken(&[], false), Vec::<String>::new());
     }
 

@@ -28,6 +28,8 @@ pub(super) fn forced(layer_height: &str, job: &SliceJob) -> Values {
         ("interior_brim_width", "0"),
         ("brim_connections_width", "0"),
         ("gcode_arcs", "0"),
+        // It does not state that such lines are higher than their layer.
+        ("infill_every_layers", "1"),
         // It looks for temperature words in the start code, comments too, and stays silent when it finds them.
         ("start_gcode", "; M104, M109, M140 and M190 are left to the rewriter"),
     ];

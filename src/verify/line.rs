@@ -1,5 +1,7 @@
 //! A printed line with the filament that it takes and the filament that its cross-section holds: what the rules of flow look at.
 
+use std::f64::consts::PI;
+
 use super::prints::{Level, PrintedPart};
 use crate::gcode::marks::Role;
 use crate::section::Segment;
@@ -30,8 +32,15 @@ impl Line {
         let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
         let stated = m.width.is_some() && m.height.is_some();
         let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));
-        let held = printed.flow.bead.area(width, height) * length * printed.flow.multiplier;
-        Some(Self { m, length, width, height, stated, laid: m.e * printed.filament_mm2, held })
+        let laid = m.e * printed.filament_mm2;
+        let of = |area_mm2: f64| area_mm2 * length * printed.flow.multiplier;
+        let mut held = of(printed.flow.bead.area(width, height));
+        // A line narrower than high is drawn by the formula of wider ones, or as the round thread that it is (PrusaSlicer's 3D honeycomb).
+        let thread = of(PI / 4.0 * width * width);
+        if stated && width < height && (laid - thread).abs() < (laid - held).abs() {
+            held = thread;
+        }
+        Some(Self { m, length, width, height, stated, laid, held })
     }
 
     /// Whether the slicer calls it a thread over air.

@@ -85,7 +85,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         // It fills no gaps with lines as thin as this.
         let fills = || !(is_less && line.ratio() < THINNEST) && beside.mostly(index, Beside::is_between);
         let varies = || match printed.flow.bead {
-            Bead::Varied if line.ratio() < 1.0 => beside.mostly(index, Beside::is_all),
+            // Cura before 5.0 does so where it is set to fill outline gaps.
+            Bead::Varied | Bead::Square if line.ratio() < 1.0 => beside.mostly(index, Beside::is_all),
             Bead::Varied => beside.mostly(index, Beside::is_beside),
             _ => false,
         };

@@ -9,7 +9,7 @@ use crate::pipeline::{fixture, prepare};
 use crate::support::{every, folder, installed, python, said, skip, trunnion};
 
 /// PrusaSlicer's keys over the profile's own.
-const CONFIGURATIONS: [(&str, &str); 14] = [
+const CONFIGURATIONS: [(&str, &str); 16] = [
     ("variable widths", "perimeter_generator = arachne"),
     ("outer walls first", "external_perimeters_first = 1"),
     ("ironing", "ironing = 1"),
@@ -24,6 +24,8 @@ const CONFIGURATIONS: [(&str, &str); 14] = [
     ("one wall", "perimeters = 1\nfill_density = 40%"),
     ("wide outer walls", "external_perimeter_extrusion_width = 0.6"),
     ("infill every second layer", "infill_every_layers = 2"),
+    ("infill of round threads", "fill_pattern = 3dhoneycomb\nfill_density = 20%"),
+    ("no tops", "top_solid_layers = 0"),
 ];
 
 /// What is asked of a print and is not the slicer's to do here, or cannot be taken, with either program: keys, and what is said.

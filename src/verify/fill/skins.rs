@@ -82,11 +82,12 @@ impl Held {
 }
 
 pub(super) fn check(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &mut Findings) {
-    let process = &printed.job.profile.process;
+    let (process, stated) = (&printed.job.profile.process, printed.flow.inside);
     let other = |full: Option<&Full<'_>>| Region::exposed(around, full.map(|full| &full.layer.mask));
     // Below the first layer there is nothing.
     if around.known.0
         && process.bottom_layers > 0
+        && stated.bottoms != Some(0)
         && let Some(region) = other(around.below)
     {
         full(printed, around, if around.first { Kind::First } else { Kind::OverAir }, &region, findings);
@@ -94,6 +95,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &m
     }
     if around.known.1
         && process.top_layers > 0
+        && stated.tops != Some(0)
         && let Some(region) = other(around.above)
     {
         full(printed, around, Kind::Top, &region, findings);

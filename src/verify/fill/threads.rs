@@ -13,9 +13,10 @@ const MOST_THREADS: u32 = 3;
 /// Beyond this it is not followed, mm; where the file states no number of walls, those of a wide nozzle may be one.
 const THICK_MM: f64 = 1.2;
 const UNSTATED_MM: f64 = 0.7;
-/// Lines of which a width is taken, and the part of them that may be thinner: infill may be as wide as two lines of a wall.
+/// Lines of which a width is taken, and the part of their length that may be thinner: infill may be as wide as two lines of a wall, and be most of
+/// the lines.
 const LINES: usize = 1000;
-const THINNER: usize = 10;
+const THINNER: f64 = 0.1;
 
 pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Findings) {
     let stated = printed.flow.inside.walls;
@@ -47,15 +48,21 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     }
 }
 
-/// The width that the filament of thin lines gives them, mm: but a few are as wide.
+/// The width that the filament of thin lines gives them, mm: but a tenth of all length is as wide.
 fn thin_width(printed: &PrintedPart<'_>) -> f64 {
     let all: usize = printed.levels.iter().map(|level| level.beads.len()).sum();
     let lines = printed.levels.iter().flat_map(|level| level.beads.iter().map(move |&bead| (level, bead)));
-    let width = |(level, bead)| printed.held_width(&printed.bead(bead), level);
-    let mut widths: Vec<f64> = lines.step_by((all / LINES).max(1)).map(width).filter(|mm| *mm > 0.0).collect();
-    if widths.is_empty() {
-        return printed.job.profile.process.line_width_mm;
-    }
-    let place = widths.len() / THINNER;
-    *widths.select_nth_unstable_by(place, f64::total_cmp).1
+    let sized = |(level, bead)| {
+        let m = printed.bead(bead);
+        (printed.held_width(&m, level), m.ends().map_or(0.0, |[from, to]| (to - from).norm()))
+    };
+    let mut widths: Vec<(f64, f64)> =
+        lines.step_by((all / LINES).max(1)).map(sized).filter(|(width, _)| *width > 0.0).collect();
+    widths.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = THINNER * widths.iter().map(|(_, length)| length).sum::<f64>();
+    let thin = widths.iter().find(|(_, length)| {
+        left -= length;
+        left < 0.0
+    });
+    thin.map_or(printed.job.profile.process.line_width_mm, |(width, _)| *width)
 }
