@@ -34,12 +34,7 @@ pub(super) fn pose_error(table: &TableKinematics, plan: &Planned, pose: Pose) ->
 /// Whether a print is made at another pose than the plan's between move `from` and the next that changes the pose.
 ///
 /// Rule `pose` has a finding then, for the same moves.
-pub(super) fn is_astray(
-    trace: &Trace,
-    table: &TableKinematics,
-    planned: &[Planned],
-    (from, pose): (usize, Pose),
-) -> bool {
+pub(super) fn is_astray(trace: &Trace, table: &TableKinematics, planned: &[Planned], from: usize, pose: Pose) -> bool {
     let here = (from..trace.len()).map(|index| trace.at(index));
     let here = here.take_while(|m| m.index == from || !trace.has_new_pose(m));
     let mut right = None;

@@ -55,12 +55,7 @@ struct Tops {
 
 impl Depth {
     /// Takes a stroke at `pose`, the trace's move `index`; how deep it is in its own print where that is too deep.
-    pub(super) fn take(
-        &mut self,
-        acts: &Acts<'_>,
-        stroke: &Stroke,
-        (index, pose): (usize, Option<Pose>),
-    ) -> Option<f64> {
+    pub(super) fn take(&mut self, acts: &Acts<'_>, stroke: &Stroke, index: usize, pose: Option<Pose>) -> Option<f64> {
         let print = stroke.print?;
         let fresh = || Own { pose, from: index, highest: f64::NEG_INFINITY, tops: None };
         let own = self.prints.entry(print).or_insert_with(fresh);

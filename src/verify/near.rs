@@ -414,13 +414,7 @@ impl Near {
 
     /// The distance (mm) between `hull`, piece number `piece`, on the tip's way, and all that has been laid and the table; from `cap` on
     /// not told apart, 0 where they meet.
-    pub(super) fn distance(
-        &mut self,
-        material: &Material,
-        (piece, hull): (usize, &Hull),
-        way: &TipWay,
-        cap: f64,
-    ) -> f64 {
+    pub(super) fn distance(&mut self, material: &Material, piece: usize, hull: &Hull, way: &TipWay, cap: f64) -> f64 {
         self.file(material);
         let swept = Swept::new(hull, way, &self.looked_at);
         let growing = self.own.distance(&swept, [cap; 2], usize::MAX, |_| true);

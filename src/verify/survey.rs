@@ -70,7 +70,7 @@ pub(super) fn survey(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) 
             (pose, astray) = (acts.trace.state(&m).pose(), None);
         }
         if let (Some(Go::Stroke(stroke)), Some(pose)) = (acts.go(&m), pose) {
-            if *astray.get_or_insert_with(|| is_astray(acts.trace, &table, planned, (m.index, pose))) {
+            if *astray.get_or_insert_with(|| is_astray(acts.trace, &table, planned, m.index, pose)) {
                 let back = stroke.print.filter(|_| stroke.kind == Kind::Print).map(|p| &planned_back[p as usize]);
                 back.into_iter().for_each(|back| surveyor.material.lay(&stroke, back));
                 continue;

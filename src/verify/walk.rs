@@ -261,7 +261,7 @@ impl Walker<'_> {
 
     /// A travel through what its own print has laid; where it `strikes` that has been said.
     fn check_depth(&mut self, stroke: &Stroke, index: usize, strikes: bool) {
-        let Some(deep) = self.depth.take(self.acts, stroke, (index, self.pose)) else { return };
+        let Some(deep) = self.depth.take(self.acts, stroke, index, self.pose) else { return };
         if strikes || self.strikes >= MOST_STRIKES {
             return;
         }
@@ -385,7 +385,7 @@ impl Walker<'_> {
     /// Makes the field for the pose, if it is known, not astray and not made yet: move `from` is the first at it.
     fn set_up(&mut self, from: usize) {
         let (None, Some(pose), false) = (&self.setup, self.pose, self.astray) else { return };
-        self.astray = is_astray(self.acts.trace, &self.table, self.planned, (from, pose));
+        self.astray = is_astray(self.acts.trace, &self.table, self.planned, from, pose);
         let line = self.acts.trace.at(from).line;
         self.astray = self.astray || !self.follows(TURNS_A_FIELD, line);
         if self.astray {
@@ -497,7 +497,7 @@ impl Walker<'_> {
             if hull.tip {
                 self.touch(setup, hull, ends, line, finest[0]);
             } else {
-                self.pass(setup, (piece, hull), ends, line, finest[1]);
+                self.pass(setup, piece, hull, ends, line, finest[1]);
             }
         }
         self.head = head;
@@ -507,7 +507,7 @@ impl Walker<'_> {
     ///
     /// Where the field's cells say that it dips deeper, what they hold is asked: so much higher, with all above it, it would meet none.
     fn touch(&mut self, setup: &mut Setup, hull: &Hull, ends: [Vec3; 2], line: u32, finest: f64) {
-        let room = least(&setup.field, hull, ends, finest, -self.contact, (Field::room, &mut self.walked.steps));
+        let room = least(&setup.field, hull, ends, finest, -self.contact, Field::room, &mut self.walked.steps);
         if room >= -self.contact {
             return;
         }
@@ -574,27 +574,27 @@ impl Walker<'_> {
         if room < cap {
             let pair = setup.near.nearest(hull, &way, room + FIGURE_MM, Some(&strangers));
             self.note(room, line);
-            self.walked.clearance_at = NearestApproach::of(pair, (hull, [stroke.from, stroke.to]), &setup.back);
+            self.walked.clearance_at = NearestApproach::of(pair, hull, [stroke.from, stroke.to], &setup.back);
         }
     }
 
     /// The rest of the head touches nothing at all.
-    fn pass(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32, finest: f64) {
+    fn pass(&mut self, setup: &mut Setup, piece: usize, hull: &Hull, ends: [Vec3; 2], line: u32, finest: f64) {
         let cap = self.walked.clearance.max(0.0);
-        let bound = least(&setup.field, piece.1, ends, finest, cap, (Field::distance, &mut self.walked.steps));
+        let bound = least(&setup.field, hull, ends, finest, cap, Field::distance, &mut self.walked.steps);
         if bound >= cap - FIGURE_MM {
             return;
         }
         // Somewhere in a box is not on the way between its corners.
         let way = finest.is_finite();
-        let room = if way { setup.near.distance(&self.material, piece, &TipWay::Line(ends), cap) } else { 0.0 };
+        let room = if way { setup.near.distance(&self.material, piece, hull, &TipWay::Line(ends), cap) } else { 0.0 };
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
         if self.note(room, line) && way && room > 0.0 {
-            let pair = setup.near.nearest(piece.1, &TipWay::Line(ends), room + FIGURE_MM, None);
-            self.walked.clearance_at = NearestApproach::of(pair, (piece.1, ends), &setup.back);
+            let pair = setup.near.nearest(hull, &TipWay::Line(ends), room + FIGURE_MM, None);
+            self.walked.clearance_at = NearestApproach::of(pair, hull, ends, &setup.back);
         }
         if room <= 0.0 {
-            self.hit(piece.1, line, [-room, 0.0]);
+            self.hit(hull, line, [-room, 0.0]);
         }
     }
 
@@ -614,7 +614,8 @@ fn least(
     [a, b]: [Vec3; 2],
     finest: f64,
     cap: f64,
-    (measure, steps): (impl Fn(&Field, &Hull, &Rect, f64, f64) -> f64 + Copy, &mut u64),
+    measure: impl Fn(&Field, &Hull, &Rect, f64, f64) -> f64 + Copy,
+    steps: &mut u64,
 ) -> f64 {
     *steps += 1;
     let low = a.inf(&b);
@@ -628,17 +629,13 @@ fn least(
         return bound;
     }
     let middle = (a + b) * 0.5;
-    let first = least(field, hull, [a, middle], finest, cap, (measure, &mut *steps));
-    least(field, hull, [middle, b], finest, first.min(cap), (measure, steps)).min(first)
+    let first = least(field, hull, [a, middle], finest, cap, measure, &mut *steps);
+    least(field, hull, [middle, b], finest, first.min(cap), measure, steps).min(first)
 }
 
 impl NearestApproach {
     /// Of a place of a hull on the tip's way and of what is near it, with the origin of the hull's body there; machine frame.
-    fn of(
-        pair: Option<[Vec3; 3]>,
-        (hull, [from, to]): (&Hull, [Vec3; 2]),
-        back: &Rigid<Machine, Table>,
-    ) -> Option<Self> {
+    fn of(pair: Option<[Vec3; 3]>, hull: &Hull, [from, to]: [Vec3; 2], back: &Rigid<Machine, Table>) -> Option<Self> {
         let [head, other, origin] = pair?;
         // A ten-thousandth of a millimetre is less than beads are known to.
         let table = |p: Vec3| <[f64; 3]>::from(back.point(p.into()).at).map(|v| (v * 1e4).round() / 1e4 + 0.0);

@@ -24,7 +24,8 @@ pub(super) enum Side {
 pub(super) fn check(
     printed: &PrintedPart<'_>,
     around: &Around<'_>,
-    (side, region): (Side, &Region<'_>),
+    side: Side,
+    region: &Region<'_>,
     findings: &mut Findings,
 ) {
     let (process, stated) = (&printed.job.profile.process, printed.flow.inside);

@@ -91,7 +91,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &m
         && let Some(region) = other(around.below)
     {
         full(printed, around, if around.first { Kind::First } else { Kind::OverAir }, &region, findings);
-        shells::check(printed, around, (Side::Bottom, &region), findings);
+        shells::check(printed, around, Side::Bottom, &region, findings);
     }
     if around.known.1
         && process.top_layers > 0
@@ -99,7 +99,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &m
         && let Some(region) = other(around.above)
     {
         full(printed, around, Kind::Top, &region, findings);
-        shells::check(printed, around, (Side::Top, &region), findings);
+        shells::check(printed, around, Side::Top, &region, findings);
     }
 }
 
@@ -112,7 +112,7 @@ fn full(printed: &PrintedPart<'_>, around: &Around<'_>, kind: Kind, region: &Reg
     });
     let limits = if kind == Kind::OverAir { [OVER_AIR; 2] } else { LEAST };
     if let Some(short) = least.below(limits) {
-        say(printed, around, (kind, least), short, findings);
+        say(printed, around, kind, least, short, findings);
     }
 }
 
@@ -120,7 +120,8 @@ fn full(printed: &PrintedPart<'_>, around: &Around<'_>, kind: Kind, region: &Reg
 fn say(
     printed: &PrintedPart<'_>,
     around: &Around<'_>,
-    (kind, held): (Kind, Held),
+    kind: Kind,
+    held: Held,
     [share, limit]: [f64; 2],
     findings: &mut Findings,
 ) {
