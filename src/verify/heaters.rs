@@ -52,9 +52,10 @@ impl Heaters {
             _ => return None,
         }
         self.told = false;
-        let Effect::Heat { target_c: Some(target), .. } = effect else { return None };
+        let Effect::Heat { heater, target_c: Some(target), .. } = effect else { return None };
         (zone == Zone::End && target > 0.0 && !own).then(|| {
-            ([target, 0.0], format!("a heater is set to {target} C after the end of the print; remove the line"))
+            let name = name(heater);
+            ([target, 0.0], format!("the {name} is set to {target} C after the end of the print; remove the line"))
         })
     }
 
@@ -82,7 +83,8 @@ impl Heaters {
         let wrong = if first && !self.waited && (self.waits || self.highest_c > 0.0) {
             Some((
                 [0.0, 1.0],
-                "filament is extruded before the bed was waited for; add M190 with its temperature".to_owned(),
+                "filament is extruded without waiting for the bed temperature; add M190 with the temperature"
+                    .to_owned(),
             ))
         } else if now < least {
             let text = format!(

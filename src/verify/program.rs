@@ -147,7 +147,7 @@ impl<'a> Checker<'a> {
         self.line = event.line;
         match &event.what {
             What::Mark(mark) => self.mark(mark),
-            What::BrokenMark(text) => self.say(Rule::Syntax, [0.0; 2], || format!("mark {text:?} is malformed")),
+            What::BrokenMark(text) => self.say(Rule::Syntax, [0.0; 2], || format!("comment {text:?} is malformed")),
             What::Refused(text) => self.say(Rule::Syntax, [0.0; 2], || text.clone()),
             What::TooFast(fast) => self.say(Rule::AxisRate, [fast.measured, fast.allowed], || fast.text.clone()),
             What::Effect(effect, span) => self.effect(*effect, span.clone()),
@@ -161,7 +161,9 @@ impl<'a> Checker<'a> {
             Mark::End => (self.print, self.zone, self.ended) = (None, Zone::End, true),
             Mark::Expect(Expect { print, part, filament_mm, .. }) => {
                 if self.known(*print, *part) && !self.tally.expect(*print, *filament_mm) {
-                    self.say(Rule::Sequence, [2.0, 1.0], || format!("print {print} is announced twice"));
+                    self.say(Rule::Sequence, [2.0, 1.0], || {
+                        format!("print {print} has two \";TRUNNION expect\" comments")
+                    });
                 }
             }
             Mark::Print { print, part } => self.begin(*print, *part),
@@ -175,7 +177,7 @@ impl<'a> Checker<'a> {
         if self.slot != Some(slot) {
             let marked = self.slot.map_or("no slot".to_owned(), |s| format!("slot {s}"));
             self.say(Rule::Sequence, [slot as f64, self.slot.map_or(-1.0, |s| s as f64)], || {
-                format!("print {print} belongs to slot {slot}, but the \";TRUNNION slot=\" comment says {marked}")
+                format!("print {print} belongs to slot {slot}, but the \";TRUNNION slot=\" comment has {marked}")
             });
         }
     }
@@ -185,7 +187,7 @@ impl<'a> Checker<'a> {
         if wanted != Some(part) {
             self.say(Rule::Sequence, [part as f64, wanted.map_or(-1.0, |p| p as f64)], || match wanted {
                 Some(wanted) => {
-                    format!("the \";TRUNNION print={print}\" comment says part {part}; in the plan it is part {wanted}")
+                    format!("the \";TRUNNION print={print}\" comment has part {part}; in the plan it is part {wanted}")
                 }
                 None => format!("print {print} is not in the plan"),
             });
@@ -379,7 +381,7 @@ impl<'a> Checker<'a> {
         } else if sideways && m.to[2].is_none() {
             "the head moves sideways at an unknown height"
         } else if sideways && unknown && self.tally.started() {
-            "the head moves sideways from an unknown place, with something printed on the table"
+            "the head moves sideways from an unknown position, with something printed on the table"
         } else {
             return;
         };
@@ -397,7 +399,7 @@ impl<'a> Checker<'a> {
             if now > 0.0 {
                 format!("filament is extruded at {now:.0} C (minimum {least:.0} C, [limits] min_extrude_c)")
             } else {
-                format!("filament is extruded with the nozzle off or not yet waited for (minimum {least:.0} C); add M109 with its temperature")
+                format!("filament is extruded with the nozzle off, or without waiting for its temperature (minimum {least:.0} C); add M109 with the temperature")
             }
         });
     }
@@ -532,7 +534,7 @@ impl<'a> Checker<'a> {
         }
         if !self.ended {
             self.say(Rule::Complete, [0.0, 1.0], || {
-                "the file ends before its last mark, so it was cut short".to_owned()
+                "the file ends without the comment \";TRUNNION end\", so it was cut short".to_owned()
             });
         } else if let Some(missing) = self.missing_end() {
             let missing = missing.to_owned();

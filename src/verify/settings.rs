@@ -218,7 +218,7 @@ fn name(setting: Setting) -> &'static str {
         LeastSpeed => "the lowest speed",
         Advance => "pressure advance",
         Retract => "the length of firmware retraction",
-        Recover => "what is pushed beyond a firmware retraction",
+        Recover => "the extra length of firmware unretraction",
     }
 }
 

@@ -158,7 +158,7 @@ impl Tally {
     fn follow(&mut self, print: usize, planned: &[Planned], at: FindingPlace, findings: &mut Findings) {
         if let Some(before) = self.printing.filter(|&p| planned[p].setup > planned[print].setup) {
             findings.add(Rule::Sequence, at, [planned[print].setup as f64, planned[before].setup as f64], || {
-                format!("print {print} goes on after print {before}, which the plan puts in a later setup")
+                format!("print {print} continues after print {before}, which the plan puts in a later setup")
             });
         }
         self.printing = Some(print);

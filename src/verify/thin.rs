@@ -106,8 +106,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         let (length, most) = if line.length > MOST_MM { (line.length, MOST_MM) } else { (length, most.max(MOST_MM)) };
         findings.add(Rule::Flow, at, [length, most], || {
             format!(
-                "{length:.2} mm of line in the layer at Z {:.2} have a width that neither the slicer states nor other lines have, and fill no \
-                 gap: one of {:.2} mm uses {:.3} times the filament that {:.2} x {:.2} mm need",
+                "{length:.2} mm of line in the layer at Z {:.2} have a width that is neither stated nor usual, and fill no gap (maximum {most:.1} mm): \
+                 one of {:.2} mm uses {:.3} times the filament that {:.2} x {:.2} mm need",
                 level.z,
                 line.length,
                 line.ratio(),

@@ -339,7 +339,7 @@ impl Walker<'_> {
         let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
-                "the table turns from an unknown angle, or with the head at an unknown height, so the head cannot be shown to clear all it sweeps".to_owned()
+                "the table turns from an unknown angle, or with the head at an unknown height, so collisions cannot be ruled out".to_owned()
             });
             return;
         };
@@ -347,7 +347,7 @@ impl Walker<'_> {
         if passage.room < ROOM_MM {
             let (piece, room) = (passage.piece, passage.room);
             self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
-                format!("while the table turns, {piece} comes within {room:.2} mm of the table or the print (minimum {ROOM_MM} mm)")
+                format!("while the table turns, the {piece} comes within {room:.2} mm of the table or the print (minimum {ROOM_MM} mm)")
             });
         }
     }
@@ -362,7 +362,7 @@ impl Walker<'_> {
             let (at, most) = (self.place(line), self.most_turns);
             self.walked.findings.add(Rule::Sequence, at, [self.turns as f64, most as f64], || {
                 let prints = self.planned.len();
-                format!("the table turns far more often than {prints} prints need; collisions and support are not checked from here on")
+                format!("the table turns more than {most} times, far more often than {prints} prints need; collisions and support are not checked from here on")
             });
         }
         is
@@ -377,7 +377,7 @@ impl Walker<'_> {
         if passage.room < ROOM_MM {
             let (at, room) = (self.place(line), passage.room);
             self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
-                format!("{} is within {room:.2} mm of the print (minimum {ROOM_MM} mm)", passage.piece)
+                format!("the {} is within {room:.2} mm of the print (minimum {ROOM_MM} mm)", passage.piece)
             });
         }
     }
@@ -602,7 +602,7 @@ impl Walker<'_> {
         let (at, name) = (self.place(line), &hull.name);
         self.strikes += 1;
         self.walked.findings.add(Rule::HeadCollision, at, [deep, most], || {
-            format!("{name} reaches {deep:.2} mm into the table or the print (maximum {most:.3} mm)")
+            format!("the {name} reaches {deep:.2} mm into the table or the print (maximum {most:.3} mm)")
         });
     }
 }

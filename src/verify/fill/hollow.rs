@@ -30,7 +30,7 @@ pub(super) fn check(
     let inside = Empty::of(columns.values().flatten().filter(|share| **share < SOLID_SHARE).copied());
     let below = Empty::of(columns.values().flat_map(|column| below_tops(told, column)));
     let (asked, fewest, most, place) = match below.all >= FEWEST_BELOW_TOPS {
-        true => (below, FEWEST_BELOW_TOPS, NEARLY_ALL_BELOW, "what lies below its tops"),
+        true => (below, FEWEST_BELOW_TOPS, NEARLY_ALL_BELOW, "the volume below its tops"),
         false => (inside, FEWEST_INSIDE, NEARLY_ALL, "its interior"),
     };
     if asked.all < fewest || asked.share() < most {
