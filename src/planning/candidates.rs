@@ -9,8 +9,9 @@ use super::owed::{Owed, TOUCHING_MM};
 use super::solid::Solid;
 use super::support::Needs;
 use super::workpiece::Workpiece;
+use crate::gcode::round_to;
 use crate::geom::{Angle, Dir, Machine, Rigid, Table, Vec3};
-use crate::motion::{Pose, TableKinematics};
+use crate::motion::{AxisRange, Pose, TableKinematics};
 use crate::orient::{Direction, Facets, Objective, Search, directions};
 use crate::profile::Profile;
 
@@ -303,7 +304,7 @@ impl<'a> Setups<'a> {
                 Err(unreachable) => unreachable.to_string(),
                 Ok(_) => {
                     let word = self.table.tilt.word_of(pose.tilt).deg();
-                    format!("{}{word:.1} is beyond the axis", char::from(self.table.tilt.letter))
+                    beyond(&self.table.tilt, word)
                 }
             });
         }
@@ -311,7 +312,7 @@ impl<'a> Setups<'a> {
         let reachable = [pose.rotation, pose.rotation + turn, pose.rotation - turn];
         (!reachable.into_iter().any(|r| self.table.rotation.admits(r))).then(|| {
             let word = self.table.rotation.word_of(pose.rotation).deg();
-            format!("{}{word:.1} is beyond the axis", char::from(self.table.rotation.letter))
+            beyond(&self.table.rotation, word)
         })
     }
 
@@ -390,4 +391,11 @@ impl<'a> Setups<'a> {
 /// The table's slab at a pose, machine coordinates.
 pub fn table_solid(profile: &Profile, motion: &Rigid<Table, Machine>) -> Solid {
     Solid::hull(profile.table_slab().iter().map(|p| motion.rotation * p + motion.translation).collect())
+}
+
+/// That an axis does not accept `word`, degrees, in a sentence.
+fn beyond(axis: &AxisRange, word: f64) -> String {
+    let ends = |(low, high): (Angle, Angle)| [low, high].map(|end| round_to(end.deg(), 4));
+    let [low, high] = axis.range.map_or([f64::NEG_INFINITY, f64::INFINITY], ends);
+    format!("{}{word:.1} is beyond the axis range {low}..{high} deg", char::from(axis.letter))
 }

@@ -187,12 +187,12 @@ fn nowhere(workpiece: &Workpiece<'_>, part: usize, alone: bool) -> String {
     let part = part_named(part, &workpiece.model.parts[part].name);
     if alone {
         format!(
-            "no place on the table keeps {part} and the parts before it within X, Y and Z (eight turns of the model tried); use a \
+            "no place on the table keeps {part} and the parts before it within the axis limits (eight turns of the model tried); use a \
              smaller model or a machine with more travel"
         )
     } else {
         format!(
-            "{part} leaves X, Y or Z wherever the model is placed, in every orientation that the tilt reaches (eight turns of the \
+            "{part} exceeds the X, Y or Z limits wherever the model is placed, in every orientation that the tilt reaches (eight turns of the \
              model tried)"
         )
     }

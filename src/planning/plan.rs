@@ -172,7 +172,7 @@ pub enum PlanError {
         message: String,
     },
     /// Another format or a newer version.
-    #[error("{file}: {found} is not {wanted}; make the plan again with this version")]
+    #[error("{file}: the format must be {wanted}, got {found}; make the plan again with this version")]
     Version {
         /// The file.
         file: String,
@@ -319,7 +319,8 @@ impl Plan {
             }
         };
         let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
-        let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
+        let found = value["format"].as_str().map(|format| format!("{format} version {}", value["version"]));
+        let found = found.unwrap_or_else(|| "none".to_owned());
         let known = |version: u32| format!("{} version {version}", Self::FORMAT);
         if (Self::VERSION..=Self::WITH_PROPS).all(|version| found != known(version)) {
             let wanted = format!("{} to {}", known(Self::VERSION), Self::WITH_PROPS);
@@ -474,7 +475,7 @@ impl PrintSupports {
             far && prop.under_mm > 0.0 && low[0] <= high[0] && low[1] <= high[1]
         };
         if !self.props.iter().all(there) {
-            return Some("a prop's place must be a box above the table");
+            return Some("a prop's box must be above the table and within 10000 mm, its lower corner first");
         }
         // They stand on the table.
         (Vec3::from(up).angle(&Vec3::z()) > UPRIGHT).then_some("supports need a level table, and this pose tilts it")

@@ -157,7 +157,7 @@ impl Wish<'_> {
     fn longer_nozzle(&self) -> Vec<Remedy> {
         let helps = |more: f64| self.with_profile(|p| heads::raised(p, more));
         let Some(more) = least(1.0, 64.0, 0.5, helps) else { return Vec::new() };
-        let text = format!("a nozzle {more:.1} mm longer, as wide as its tip");
+        let text = format!("a nozzle {more:.1} mm longer, with the added length no wider than its tip");
         vec![Remedy { kind: "nozzle-length", amount: more, text }]
     }
 

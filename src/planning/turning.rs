@@ -26,7 +26,7 @@ const ROOM_MM: f64 = 0.15;
 const LEAST_STEP_MM: f64 = 0.05;
 
 /// What helps where a turn is not clear.
-pub(super) const REMEDY: &str = "give [limits] z_mm more range if the machine has it, [transition] park_mm beside the table, or another position (--origin)";
+pub(super) const REMEDY: &str = "raise [limits] z_mm if the machine has more travel, set [transition] park_mm beside the table, or move the model (--origin)";
 
 /// A turn that is not clear.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,7 +190,7 @@ impl<'a> Turns<'a> {
                 .to_owned();
         }
         format!(
-            "the first turn starts from an unknown angle: the table sweeps up to Z {ball:.1} mm, and the head rises to {:.1} \
+            "the first turn starts from an unknown angle: the table sweeps up to Z {ball:.1} mm, but the head rises only to Z {:.1} mm \
              ([limits] z_mm ends at {top}, [transition] clearance_mm is {})",
             self.head.lowest(standing.height),
             self.profile.transition.clearance_mm
@@ -265,8 +265,9 @@ impl<'a> Turns<'a> {
             let solid = Solid::hull(points.iter().map(|&p| motion.point(p.into()).at).collect());
             let offence = self.head.offence(&still, &way, &solid, &owed, 0.0)?;
             let text = format!(
-                "while travelling at Z {:.1} mm, where [limits] z_mm or the ball of the table ends, the {} would meet {}",
+                "while travelling at Z {:.1} mm ([limits] z_mm ends at {}), the {} would meet {}",
                 standing.height,
+                self.profile.limits.z_mm[1],
                 offence.piece,
                 stands.named()
             );

@@ -259,7 +259,10 @@ impl Case<'_> {
         let carriers = way.needs.carriers();
         if reasons.is_empty() && kept.contains(&Constraint::Own(part, Barrier::Support)) && !carriers.is_empty() {
             let names: Vec<String> = carriers.iter().map(ToString::to_string).collect();
-            let text = format!("it would be in mid-air until parts {} are printed", names.join(", "));
+            let text = match &names[..] {
+                [one] => format!("it would be in mid-air until part {one} is printed"),
+                _ => format!("it would be in mid-air until parts {} are printed", names.join(", ")),
+            };
             reasons.push(reason("support", (text, 0.0), None));
         }
         reasons

@@ -26,7 +26,7 @@ const STANDS_MM: f64 = 0.01;
 pub enum Misplaced {
     /// A part stands over the rim.
     #[error(
-        "{who} reaches {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
+        "{who} reaches {beyond_mm:.1} mm beyond the edge of the table ({extent}); {}scale the model, choose another machine, or split it",
         if *parts > 1 { "print fewer of its parts at once, " } else { "" }, who = part_named(*part, name)
     )]
     OverRim {

@@ -193,7 +193,7 @@ pub struct CutMade {
 impl CutMade {
     /// Why it was made, in words.
     pub fn reason(&self) -> String {
-        format!("what is left needs {:.1} mm2 less", self.gain_mm2)
+        format!("the rest needs support for {:.1} mm2 less", self.gain_mm2)
     }
 }
 

@@ -60,20 +60,20 @@ impl Display for Uncut {
             ),
             Self::Unplanned { cuts, parts } => write!(
                 f,
-                "{} nothing needs support, but the machine has no plan for the {parts} parts; a taller pedestal (--pedestal), a slimmer head or \
+                "{}nothing needs support, but the machine has no plan for the {parts} parts; a taller pedestal (--pedestal), a slimmer head or \
                  more tilt may help",
-                after(*cuts)
+                if *cuts > 0 { format!("{} ", after(*cuts)) } else { String::new() }
             ),
             Self::Left { cuts, before_mm2, after: left, worst, against } => {
                 write!(f, "{}: {:.1} of {before_mm2:.1} mm2 still need support", after(*cuts), left.area_mm2)?;
                 if let Some(PatchLeft { part, area_mm2, at }) = worst {
                     let (x, y, z) = (at.x, at.y, at.z);
-                    write!(f, ", most of it {area_mm2:.1} mm2 of part {part} about ({x:.1}, {y:.1}, {z:.1}) mm")?;
+                    write!(f, ", the largest area {area_mm2:.1} mm2 of part {part} near ({x:.1}, {y:.1}, {z:.1}) mm")?;
                 }
                 match left.beginnings + left.ridges {
                     0 => {}
-                    1 => write!(f, ", and 1 place begins in mid-air")?,
-                    begins => write!(f, ", and {begins} places begin in mid-air")?,
+                    1 => write!(f, ", and 1 region starts in mid-air")?,
+                    begins => write!(f, ", and {begins} regions start in mid-air")?,
                 }
                 if let Some((against, count, all)) = against {
                     write!(f, "; rejected {count} of {all} candidate cuts: {}", because(*against))?;
@@ -88,11 +88,11 @@ impl Display for Uncut {
 fn because(against: Against) -> &'static str {
     match against {
         Against::Crossing => "met a surface that crosses itself",
-        Against::Small => "would leave pieces or seams too small to print",
-        Against::Footing => "would leave a piece with nothing below it",
+        Against::Small => "would leave parts or seams too small to print",
+        Against::Footing => "would leave a part with nothing below it",
         Against::Thin => "would leave a plate or an edge too thin to print",
         Against::Unwanted => "would put the seam where none is wanted",
-        Against::Beginning => "would let a piece begin in mid-air",
+        Against::Beginning => "would leave a part that starts in mid-air",
         Against::Head => "would make the head hit the remaining part or the table, or exceed an axis limit",
         Against::Gain => "would gain nothing",
         Against::Budget => "would save too little over another way to print it",

@@ -44,7 +44,7 @@ impl TriedWay {
         if self.way == Way::AsDrawn && self.terms.is_none() {
             return None;
         }
-        let price = self.price_min.map(|min| format!("{min:.0} min by one price"));
+        let price = self.price_min.map(|min| format!("price {min:.0} min"));
         let facts: Vec<String> = price.into_iter().chain(self.why_not.iter().map(ToString::to_string)).collect();
         (!self.chosen).then(|| format!("not {}: {}", self.way.word(), facts.join("; ")))
     }

@@ -103,7 +103,7 @@ impl PlanResult {
         let (tilt, times) = (tilt.deg(), held.pushed);
         Some(format!(
             "slot {slot}, table at {tilt:.0} deg: while part {part} is printed, the first layer on the table holds with a safety \
-             factor of {times:.1}; a larger footprint or a brim (not counted) holds more"
+             factor of only {times:.1} (recommended: {DOUBTFUL}); use a larger footprint or a brim (not counted)"
         ))
     }
 
