@@ -138,8 +138,8 @@ pub enum ReplayError {
     RotaryWord(char),
     /// `G92` on anything but the extruder.
     #[error(
-        "G92 on an axis other than the extruder shifts all later coordinates; remove it (a table without end stops is set level with \
-         both axes on one line, at their values for the level pose, before either moves)"
+        "G92 on an axis other than the extruder shifts all later coordinates; remove it (to set a table without end stops level, write \
+         both axes with their level values on one line, before either moves)"
     )]
     ShiftedAxes,
     /// A word that no move has: `G1 R2` (from a stored place) and `G1 H2` (motors without limits) on RepRapFirmware, P of an arc on all but
@@ -150,7 +150,7 @@ pub enum ReplayError {
     #[error("{0} and {1} on one line: this firmware executes only the first; write each on its own line")]
     SeveralCommands(Command, Command),
     /// A mode that this firmware does not have.
-    #[error("{0} is unknown to this firmware, which would stay in the mode before")]
+    #[error("{0} is unknown to this firmware, which would keep the previous mode")]
     UnknownMode(Command),
     /// An arc without a centre.
     #[error("arc without I, J or R")]
@@ -159,10 +159,12 @@ pub enum ReplayError {
     #[error("{0} without a number in a move")]
     BareWord(char),
     /// A number no machine can mean.
-    #[error("{0}{1} is beyond any machine; the file is damaged")]
+    #[error("{0}{1} is beyond any machine (allowed: {range}); the file is damaged", range = sane_range(*.0))]
     Absurd(char, f64),
     /// An arc that goes round and round, or in parts of turns.
-    #[error("an arc of P{0} turns; the number must be whole and at most {MOST_TURNS}: write each turn on its own line")]
+    #[error(
+        "the turns of an arc must be a whole number from 0 to {MOST_TURNS}, got P{0}; write each turn on its own line"
+    )]
     ArcTurns(f64),
     /// An arc to where no axis reaches.
     #[error("an arc reaches {farthest:.0} mm; arcs must stay within {reach_mm:.0} mm of zero")]
@@ -174,7 +176,7 @@ pub enum ReplayError {
     },
     /// More of arcs than the file's size pays for.
     #[error(
-        "an arc of {0} chords, after arcs with more than the file's size allows; write long arcs as straight lines"
+        "with this arc of {0} chords, the file's arcs have more chords than its size allows; write long arcs as straight lines"
     )]
     ManyChords(usize),
     /// G4 for longer than any print.
@@ -473,6 +475,11 @@ fn number(word: &crate::gcode::Word) -> Result<f64, ReplayError> {
 
 fn sane(letter: u8, value: f64) -> Result<f64, ReplayError> {
     if SANE_MM.contains(&value) { Ok(value) } else { Err(ReplayError::Absurd(char::from(letter), value)) }
+}
+
+/// What [`sane`] and [`is_sane_feed`] take, in words.
+fn sane_range(letter: char) -> &'static str {
+    if letter == 'F' { "0, and 0.001 to 1e9" } else { "-1e6 to 1e7" }
 }
 
 /// Whether a machine can mean this F: below zero Marlin ignores it, and Klipper stops.

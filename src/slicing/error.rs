@@ -137,7 +137,9 @@ pub enum SliceError {
         text: String,
     },
     /// The slicer did not end in time and was stopped.
-    #[error("{slicer} was stopped after {seconds:.1} s while slicing `{name}`; give it more time or simplify the mesh")]
+    #[error(
+        "{slicer} was stopped after {seconds:.1} s while slicing `{name}`; raise --slicer-timeout, or simplify the mesh"
+    )]
     TimedOut {
         /// The slicer's name.
         slicer: String,

@@ -78,21 +78,23 @@ impl fmt::Display for Lessened {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ends = |beside: Option<usize>| match beside {
             Some(part) => {
-                format!("halfway to part {part}, clear of the nozzle; a larger --gap between models leaves more space")
+                format!(
+                    "towards part {part} (half the gap, less the nozzle's radius); use a larger --gap between models"
+                )
             }
-            None => "up to the table's rim; --origin moves the model".to_owned(),
+            None => "towards the table's edge; move the model (--origin)".to_owned(),
         };
         match self {
             Self::Brim { wanted_mm, brim_mm, beside } => {
                 write!(
                     f,
-                    "the brim is {brim_mm:.2} mm wide instead of {wanted_mm} mm (process.brim_mm): {}",
+                    "the brim is {brim_mm:.2} mm wide instead of {wanted_mm} mm (process.brim_mm): no more fits {}",
                     ends(*beside)
                 )
             }
             Self::Skirt { wanted_mm, room_mm, beside } => write!(
                 f,
-                "no skirt (process.skirt_loops): it would reach {wanted_mm:.1} mm, and there are {room_mm:.1} mm {}",
+                "no skirt (process.skirt_loops): it needs {wanted_mm:.1} mm, but only {room_mm:.1} mm are free {}",
                 ends(*beside)
             ),
             Self::Unmarked { slicer } => write!(

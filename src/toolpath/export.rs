@@ -45,7 +45,7 @@ pub fn slot_mesh(workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Pri
 pub enum BoxMismatch {
     /// Extrusion beside the part.
     #[error(
-        "extrusion at z {z:.2} mm reaches {beyond_mm:.2} mm beyond the part in {axis} (its middle lies {shift_x:+.2}, {shift_y:+.2} mm off); the part was moved, turned or scaled in the slicer, or it prints a skirt, a brim or supports: switch those off and leave the part where it was"
+        "extrusion at z {z:.2} mm reaches {beyond_mm:.2} mm beyond the part in {axis} (its middle is {shift_x:+.2}, {shift_y:+.2} mm off); undo every move, turn and scaling of the part in the slicer, and switch off skirt, brim and supports"
     )]
     Beyond {
         /// Height, slot frame.

@@ -121,8 +121,8 @@ pub enum RewriteError {
     },
     /// An overlap that leaves the nozzle too little room.
     #[error(
-        "{file}: [joint] overlap_mm = {overlap_mm} is too large for the first layer of print {print} (part {part}), which is {room_mm:.3} mm \
-         high; use at most {:.3}, or slice with layers that divide the height of the part below",
+        "{file}: [joint] overlap_mm = {overlap_mm} is too large for print {print} (part {part}) with a first layer of {room_mm:.3} mm; use at most \
+         {:.3} mm, or a layer height that divides the height of the part below",
         (room_mm / 2.0).max(0.0)
     )]
     Pressed {

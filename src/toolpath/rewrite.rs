@@ -70,7 +70,7 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
     }
     if entries.iter().any(|entry| entry.input.sliced.pictures) {
         warnings.push(
-            "pictures for a film (TIMELAPSE_TAKE_FRAME) are omitted: they may drive the head away; [dialect] allow keeps them"
+            "time-lapse pictures (TIMELAPSE_TAKE_FRAME) are omitted: they may move the head; add the command to [dialect] allow to keep them"
                 .to_owned(),
         );
     }

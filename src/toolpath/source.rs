@@ -29,7 +29,7 @@ impl std::fmt::Debug for SlicedSource<'_> {
 pub enum SlicedError {
     /// Binary G-code.
     #[error(
-        "{file}: binary G-code; switch off \"Supports binary G-code\" (Printer Settings > General) or binary_gcode = 0, and slice again"
+        "{file}: binary G-code; switch off \"Supports binary G-code\" (Printer Settings > General) or set binary_gcode = 0, and slice again"
     )]
     Binary {
         /// The file.

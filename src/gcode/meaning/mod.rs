@@ -213,11 +213,11 @@ impl Hazard {
             Self::OutOfBand => "jumps the queue and is answered out of order",
             Self::Moves => "moves the machine in a way that is not in the file",
             Self::Stepper => "moves a motor by a command of its own",
-            Self::Guard => "changes what protects the machine",
+            Self::Guard => "changes a safety setting of the machine",
             Self::Output => "switches a pin, spindle or coolant",
             Self::Skips => "leaves out an object, so that what is on it is printed in mid-air",
             Self::Blend => "changes how far the machine may leave its path",
-            Self::Unknown => "is unknown for this firmware",
+            Self::Unknown => "is unknown to this firmware",
         }
     }
 }
