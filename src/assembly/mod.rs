@@ -132,8 +132,8 @@ impl Change {
 pub enum FitError {
     /// Overlapping parts of which neither can be cut.
     #[error(
-        "parts {a} ({name_a}) and {b} ({name_b}) overlap by {volume_mm3:.2} mm3, and neither stays in one piece without it; cut one from the \
-         other in CAD, or join them"
+        "parts {a} ({name_a}) and {b} ({name_b}) overlap by {volume_mm3:.2} mm3, and removing the overlap would leave either part in pieces or \
+         empty; cut one from the other in CAD, or join them"
     )]
     Pieces {
         /// The earlier part.

@@ -45,7 +45,7 @@ pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, 
     let left = made(a, b, &OpType::Subtract)?;
     let off = (left.volume() + common.volume_mm3 - a.volume()).abs();
     if off > EXACT * a.volume() {
-        return Err(format!("the volumes differ by {off:.4} mm3"));
+        return Err(format!("the volumes before and after differ by {off:.4} mm3"));
     }
     let crumb = CRUMB_MM3.min(CRUMB_SHARE * a.volume());
     let (mut whole, crumbs): (Vec<Shell>, Vec<Shell>) =
@@ -67,7 +67,7 @@ pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
     let left = made(a, b, &OpType::Subtract)?;
     let off = (left.volume() + lost - a.volume()).abs();
     if off > EXACT * a.volume() {
-        return Err(format!("the volumes differ by {off:.4} mm3"));
+        return Err(format!("the volumes before and after differ by {off:.4} mm3"));
     }
     let (mut outer, inner): (Vec<Shell>, Vec<Shell>) =
         shells(&left).into_iter().partition(|shell| shell.volume_mm3 > 0.0);
@@ -132,7 +132,11 @@ pub(super) fn joined_with(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
     let both = made(a, b, &OpType::Add)?;
     let common = common(a, b)?.volume_mm3;
     let off = (both.volume() + common - a.volume() - b.volume()).abs();
-    if off > EXACT * (a.volume() + b.volume()) { Err(format!("the volumes differ by {off:.4} mm3")) } else { Ok(both) }
+    if off > EXACT * (a.volume() + b.volume()) {
+        Err(format!("the volumes before and after differ by {off:.4} mm3"))
+    } else {
+        Ok(both)
+    }
 }
 
 /// The boolean as a mesh to keep: the same in every run, whatever its hash maps are seeded with.

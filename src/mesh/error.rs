@@ -183,7 +183,7 @@ pub enum Fault {
         name: String,
     },
     /// Nothing of a project is printed.
-    #[error("the project prints nothing: {first}{}", if *others > 0 { format!(", and {others} others are not printed either") } else { String::new() })]
+    #[error("the project prints nothing: {first}{}", if *others > 0 { format!(" (and {others} more)") } else { String::new() })]
     NothingPrinted {
         /// What is said of the first volume.
         first: String,
@@ -200,8 +200,8 @@ pub enum Fault {
     },
     /// A 3MF that unpacks to an implausible size.
     #[error(
-        "{packed} bytes unpack to more than {} MiB, or have a tag or text of more than 16 MiB (allowed: 200 times their size, 64 MiB at least, \
-         4096 MiB at most); save it again in the program that made it",
+        "{packed} bytes unpack to more than {} MiB (200 times their size, within 64 to 4096 MiB), or hold a tag or text of more than 16 MiB; save \
+         it again in the program that made it",
         allowed >> 20
     )]
     Unpacked {

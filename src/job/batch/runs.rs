@@ -247,7 +247,8 @@ impl Said {
     /// The last error that a process told, without the model's name before it, or how it ended.
     fn of(said: &str, status: ExitStatus, model: &Path) -> Self {
         let named = format!("{}: ", model.display());
-        let killed = || format!("the process of this model was killed ({status}), perhaps for lack of memory");
+        let killed =
+            || format!("the process of this model ended without a message ({status}); it may have run out of memory");
         match said.lines().rev().find_map(code_and_text) {
             Some((code, text)) => {
                 Self { code: code.map(str::to_owned), why: text.strip_prefix(&named).unwrap_or(text).to_owned() }

@@ -122,8 +122,8 @@ pub enum BadPacking {
     },
     /// A line that is not a box.
     #[error(
-        "{name}, line {line}: {text:?} is not a box; write width, depth and height in mm, with three decimals at most, then count and value, for \
-         example 20 30 15.5 4 1.5"
+        "{name}, line {line}: {text:?} must be width, depth and height (0.001 to 1000000 mm, three decimals at most), then count and value (above \
+         0); for example 20 30 15.5 4 1.5"
     )]
     Line {
         /// The file.
@@ -188,7 +188,7 @@ fn sizes(size: &[f64; 3]) -> String {
 fn turned(turn: Turns) -> &'static str {
     match turn {
         Turns::None => "as it is",
-        Turns::Z90 => "by any quarter turn about Z",
+        Turns::Z90 => "at any quarter turn about Z",
         Turns::Z => "at any angle about Z",
         Turns::Any => "in any orientation",
     }

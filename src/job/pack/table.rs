@@ -28,7 +28,7 @@ pub(super) fn packed(
         .into());
     }
     if asked.turns == Turns::Any {
-        return Err(refused("on a table models keep their drawn orientation; use --turn none, z90 or z").into());
+        return Err(refused("on a table models are turned about Z only; use --turn none, z90 or z").into());
     }
     let solids = solids(models, asked)?;
     let poses: Vec<Mat3> = solids.iter().map(|solid| snug(solid, asked.turns)).collect();

@@ -27,7 +27,7 @@ pub enum PrintError {
     },
     /// A file that is not a finished program.
     #[error(
-        "{file} was not written by prepare or rewrite (no ;TRUNNION mark with a plan at its head); rewrite the slicer's file first"
+        "{file} was not written by prepare or rewrite (no ;TRUNNION comment with a plan at its head); rewrite the slicer's file first"
     )]
     NotOurs {
         /// The file.

@@ -223,7 +223,7 @@ impl Proving<'_> {
                 return Err(of_tried(error, ways.lost));
             };
             let that = next.taken().map_or("", |way| way.way.word());
-            let that = if firmer && that == this { "on more of them" } else { that };
+            let that = if firmer && that == this { "more supports" } else { that };
             self.world.progress.warning(&format!("{this}: {} {why}; {that} instead", failed.slicer));
             (somehow, first) = (next, Some(error));
         }

@@ -227,7 +227,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         parts,
     };
     if !done.bare.is_empty() && done.why_not().is_none() {
-        world.progress.warning(&format!("{}; they stay unsupported", done.unreached()));
+        world.progress.warning(&format!("{}; it stays unsupported", done.unreached()));
     }
     if done.unbraced > 0 {
         let (free, most) = (done.longest_free_mm, options.form.brace_mm);
@@ -241,7 +241,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     if over > 0 {
         let limit = options.capacity;
         world.progress.warning(&format!(
-            "{over} arcs and nodes exceed the column limit ({limit} per arc, --capacity); within it, some overhang would stay unsupported"
+            "{over} arcs and nodes exceed the column limit ({limit} per arc, --capacity); otherwise some overhang would be unsupported"
         ));
     }
     Ok(done)

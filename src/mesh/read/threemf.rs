@@ -193,8 +193,11 @@ impl<'a> Build<'a> {
         let path = to.path.as_deref().map_or(path, |path| path.trim_start_matches('/')).to_owned();
         let step = (path.clone(), to.id.clone());
         let trouble = |trouble| Fault::Object { id: to.id.clone(), trouble }.at(FilePlace::File);
-        if self.trail.contains(&step) || self.trail.len() >= MAX_DEPTH {
+        if self.trail.contains(&step) {
             return Err(trouble("is a component of itself"));
+        }
+        if self.trail.len() >= MAX_DEPTH {
+            return Err(trouble("is nested more than 32 components deep"));
         }
         self.package.load(&path)?;
         let object = self.package.files[&path].objects.get(&to.id).cloned();

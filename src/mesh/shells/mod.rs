@@ -59,7 +59,7 @@ impl Shell {
     /// What is wrong with it; `None` for a sound shell.
     fn fault(&self, vertices: &[Vec3], repaired: bool) -> Option<Fault> {
         let remedy = if repaired {
-            "it could not be repaired; repair it in the program that made it"
+            "repair it in the program that made it (the automatic repair failed)"
         } else {
             "leave out --no-repair"
         };

@@ -470,7 +470,7 @@ fn what_cannot_be_shown_is_refused_with_a_reason() {
     refused(program, plan, "view.png", ": unsupported file type; use .html");
     refused(program, plan, "no/view.html", "does not exist");
     refused(&path("gone.gcode"), plan, "x.html", "file not found");
-    refused(plan, plan, "x.html", "no ;TRUNNION mark with a plan at its head");
+    refused(plan, plan, "x.html", "no ;TRUNNION comment with a plan at its head");
     let foreign = path("sliced.gcode");
     std::fs::write(&foreign, "G28\nG1 X1 Y1 E1\n").unwrap();
     refused(&foreign, plan, "x.html", "rewrite the slicer's file first");
