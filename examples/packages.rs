@@ -14,7 +14,7 @@ use clap_complete::{Shell, generate_to};
 
 fn main() -> ExitCode {
     let Some(folder) = std::env::args_os().nth(1).map(PathBuf::from) else {
-        eprintln!("error: give the folder for completions and manual pages, as target/packages");
+        eprintln!("error: give the folder for completions and manual pages, for example target/packages");
         return ExitCode::from(2);
     };
     match write(&folder) {

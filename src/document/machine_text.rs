@@ -16,14 +16,15 @@ pub fn checked(machine: &CheckedProfile) -> String {
     let mut out = format!("{}: {fine}\n\n", machine.machine.name);
     for at in &machine.tilts {
         let [x, y, z] = at.centre_mm.map(|mm| round_to(mm, 2) + 0.0);
-        let beyond = if at.within { "" } else { ", which is beyond the axis limits" };
+        let side = if at.room_mm < 0.0 { "above" } else { "below" };
+        let beyond = if at.within { "" } else { ", beyond the axis limits" };
         let _ = writeln!(
             out,
-            "{letter}{:.2}: the middle of the table moves to X {x} Y {y} Z {z}{beyond}, its highest point to Z {:.1}; the tip may go {:.1} mm \
-             above that; on the bare table the head reaches {}",
+            "{letter}{:.2}: table middle at X {x} Y {y} Z {z}{beyond}; highest point of the table at Z {:.1}, {:.1} mm {side} the upper Z limit; reach \
+             on the bare table: {}",
             at.tilt_deg,
             at.top_mm,
-            at.room_mm,
+            at.room_mm.abs(),
             reached(machine, at)
         );
     }
@@ -67,10 +68,10 @@ fn reached(machine: &CheckedProfile, at: &Tilted) -> String {
     let near = 2.5 * machine.place_mm();
     let side = |mm: f64| if mm < 0.0 { "below" } else { "above" };
     match at.reached_mm {
-        None => "no place straight up or down from its middle".to_owned(),
+        None => "none straight up or down from the middle".to_owned(),
         Some([low, high]) if low <= near - machine.half_mm && high >= machine.half_mm - near => "all of it".to_owned(),
         Some([low, high]) => {
-            format!("from {:.0} mm {} its middle to {:.0} mm {} it", low.abs(), side(low), high.abs(), side(high))
+            format!("from {:.0} mm {} the middle to {:.0} mm {} it", low.abs(), side(low), high.abs(), side(high))
         }
     }
 }

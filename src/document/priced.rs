@@ -92,7 +92,7 @@ fn standing(pose: &Priced) -> String {
     }
     let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("tips over beyond {tipping:.1} deg") };
     let held = if pose.support_mm3 > 0.0 {
-        format!(", with its supports beyond {:.1} deg", pose.held_deg)
+        format!(", and with its supports it tips over beyond {:.1} deg", pose.held_deg)
     } else {
         String::new()
     };
@@ -133,7 +133,15 @@ fn against(name: &str, best: &Priced, other: &Priced) -> String {
         );
     }
     if more < 0.0 {
-        return format!("{name} would cost {:.1} min less, but has too little bed contact (--contact-area-min)", -more);
+        let (contact, least) = (other.footprint_mm2, best.footprint_mm2);
+        let why = match best.stands && !other.stands {
+            true => "does not stand safely by itself".to_owned(),
+            false if contact < least => {
+                format!("has only {contact:.1} mm2 of bed contact (recommended pose: {least:.1} mm2)")
+            }
+            false => "leans from a level pose".to_owned(),
+        };
+        return format!("{name} would cost {:.1} min less, but {why}", -more);
     }
     format!("{name} would cost {more:.1} min more: {most:.1} min {of}")
 }

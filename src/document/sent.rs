@@ -39,9 +39,10 @@ pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, S
             (Tone::Warning, text)
         }
         Sending::Resumed => (Tone::Note, "the print continues".to_owned()),
-        Sending::Done { resends } => {
-            (Tone::Note, format!("the print is complete: {} lines, {resends} of them resent", at.of))
-        }
+        Sending::Done { resends } => (
+            Tone::Note,
+            format!("the print is complete: {} lines, {}", at.of, counted(*resends as usize, "resend request")),
+        ),
         Sending::Short { journal } => {
             (Tone::Warning, format!("{journal}: no disk space left for the journal; pausing"))
         }

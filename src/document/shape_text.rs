@@ -48,7 +48,7 @@ pub fn supported(done: &SupportResult) -> String {
     );
     let _ = writeln!(
         out,
-        "{}: cost {} (lower bound: {}), {} arcs used (lower bound: {}), total length {:.0} mm, {} over capacity, planned in {:.2} s",
+        "{}: cost {} (lower bound: {}), {} arcs used (lower bound: {}), total length {:.0} mm, {} arcs and nodes over capacity, planned in {:.2} s",
         done.method,
         tally.cost,
         planned.lower_bound,

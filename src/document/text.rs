@@ -159,12 +159,11 @@ fn turning(report: &Report) -> Option<String> {
 /// What stands, but not well, in a sentence.
 fn unsteady(report: &Report) -> Option<String> {
     let Standing { pushed_factor, line, tilt_deg, grams, .. } = report.standing.as_ref()?;
-    let tilt =
-        if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
+    let tilt = if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} deg") } else { String::new() };
     (*pushed_factor < DOUBTFUL).then(|| {
         format!(
-            "after line {line} the first layer holds {grams:.1} g with a safety factor of {pushed_factor:.1}{tilt}; a larger footprint or \
-             a brim (not counted) holds more"
+            "after line {line} the first layer holds {grams:.1} g with a safety factor of only {pushed_factor:.1} (recommended: {DOUBTFUL}){tilt}; \
+             use a larger footprint or a brim (not counted)"
         )
     })
 }
@@ -201,7 +200,7 @@ pub fn oriented(part: &OrientedPart) -> String {
 fn result_text(result: &Oriented, out: &mut String) {
     let found = &result.found;
     let proof = match found.lower_bound {
-        Some(bound) => format!("proved at least {bound:.9e}{}", gap(result, bound)),
+        Some(bound) => format!("proved lower bound {bound:.9e}{}", gap(result, bound)),
         None => result.unproved.as_ref().map_or("not proved".to_owned(), |why| format!("not proved ({why})")),
     };
     let (evaluations, seconds) = (found.evaluations, result.seconds);
@@ -386,7 +385,7 @@ pub fn machine(loaded: &LoadedProfile) -> String {
 /// `trunnion explain`: an entry of the list of messages.
 pub fn entry(entry: &serde_json::Value) -> String {
     let words = |of: &serde_json::Value| of.as_str().unwrap_or_default().to_owned();
-    let says = entry["says"].as_array().into_iter().flatten().map(|text| format!("  it says: {}\n", words(text)));
+    let says = entry["says"].as_array().into_iter().flatten().map(|text| format!("  message: {}\n", words(text)));
     format!("{}: {}\n{}", words(&entry["code"]), words(&entry["meaning"]), says.collect::<String>())
 }
 

@@ -174,7 +174,7 @@ fn place(place: &DrawnPose) -> Value {
 /// In the words of a legend.
 fn role(role: Role) -> &'static str {
     match role {
-        Role::Unknown => "not said",
+        Role::Unknown => "not stated",
         Role::OuterWall => "outer wall",
         Role::InnerWall => "inner wall",
         Role::Overhang => "overhanging wall",

@@ -429,7 +429,7 @@ fn a_result_without_a_proof_says_why() {
     assert!(states(&out, "not proved (alexander"), "{out}");
     // The longest way through a cube of 20 mm is its diagonal, 34.641 mm.
     let (_, out, _) = run(&[&cube, "--objective", "-1*height"]);
-    assert!(out.contains("proved at least -3.4641"), "{out}");
+    assert!(out.contains("proved lower bound -3.4641"), "{out}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ const KINDS = [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0,
 const SCALE = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
 const PLAIN = [150, 155, 162];
 // A feature has the same colour in every file.
-const FEATURES = ['outer wall', 'inner wall', 'infill', 'bridge', 'solid infill', 'overhanging wall', 'support', 'gap', 'ironing', 'skirt and brim', 'not said'];
+const FEATURES = ['outer wall', 'inner wall', 'infill', 'bridge', 'solid infill', 'overhanging wall', 'support', 'gap', 'ironing', 'skirt and brim', 'not stated'];
 
 function kind(i) {
   const hue = KINDS[i % KINDS.length], round = Math.floor(i / KINDS.length) % 3;
@@ -21,7 +21,7 @@ function onScale(share) {
 /** The ways to colour a program: kinds have `of` (a number) and `name`, quantities `value` and a unit. */
 function colourModes(replay, facts) {
   const styles = replay.facts.styles, prints = replay.facts.prints;
-  const style = (i) => styles[replay.style[i]] ?? [null, 'not said', 0, 0, 0];
+  const style = (i) => styles[replay.style[i]] ?? [null, 'not stated', 0, 0, 0];
   const print = (i) => prints[style(i)[0]] ?? [-1, -1];
   const seconds = (i) => replay.end[i] - (i ? replay.end[i - 1] : 0);
   const way = (i) => (i ? Math.hypot(...replay.at.map((axis) => axis[i] - axis[i - 1])) / XYZ : 0);
@@ -40,7 +40,7 @@ function colourModes(replay, facts) {
     flow: { title: 'Filament', unit: 'mm/s of filament', value: (i) => per(replay.e[i] / FILAMENT, i) },
     height: { title: 'Layer height', unit: 'mm', value: (i) => stated(style(i)[3]) },
     temperature: { title: 'Nozzle', unit: 'deg C', value: (i) => stated(replay.places[replay.place[i]].nozzle_c) },
-    ...(rooms.length ? { clearance: { title: 'Clearance', unit: `mm at least, to what it does not print on (${most}: that and more)`, value: room } } : {}),
+    ...(rooms.length ? { clearance: { title: 'Clearance', unit: `mm (lower bound) to everything it does not print on (${most}: that or more)`, value: room } } : {}),
   };
 }
 

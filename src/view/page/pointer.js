@@ -107,7 +107,7 @@ function measure(x, y) {
   if (!point) return;
   state.points = state.points.length === 2 ? [point] : [...state.points, point];
   const [a, b] = state.points;
-  byId('status').textContent = b ? `distance ${Math.hypot(...plus(b, a, -1)).toFixed(2)} mm` : 'click on the second place';
+  byId('status').textContent = b ? `distance ${Math.hypot(...plus(b, a, -1)).toFixed(2)} mm` : 'click the second point';
   invalidate();
 }
 
@@ -154,10 +154,10 @@ function keyList() {
     ['k', 'next pose', () => facts.poses.length && showPose((state.pose + 1) % facts.poses.length)], ['?', 'these keys', () => byId('help').showModal()],
   ];
   const program = [
-    [' ', 'play or pause', () => play(!state.playing)], ['.', 'next move', step(1)], [',', 'move before', step(-1)], ['PageUp', 'next layer', layer(1)],
-    ['PageDown', 'layer before', layer(-1)], ['Home', 'beginning', () => seek(0, 0)], ['End', 'end', () => seek(replay.count - 1)], ['c', 'next colour', () => cycle('colour')],
+    [' ', 'play or pause', () => play(!state.playing)], ['.', 'next move', step(1)], [',', 'previous move', step(-1)], ['PageUp', 'next layer', layer(1)],
+    ['PageDown', 'previous layer', layer(-1)], ['Home', 'beginning', () => seek(0, 0)], ['End', 'end', () => seek(replay.count - 1)], ['c', 'next colour', () => cycle('colour')],
     ['s', 'next speed', () => cycle('speed')], ['t', 'travels and pose changes', () => toggle('travels')], ['o', "the parts' own surfaces", () => toggle('parts')],
-    ['l', 'this layer alone', () => toggle('oneLayer')], ['g', 'go to a line', () => byId('goto').select()], ['n', 'next finding', () => nextFinding(1)], ['p', 'finding before', () => nextFinding(-1)],
+    ['l', 'this layer alone', () => toggle('oneLayer')], ['g', 'go to a line', () => byId('goto').select()], ['n', 'next finding', () => nextFinding(1)], ['p', 'previous finding', () => nextFinding(-1)],
   ];
   return replay ? [...program, ...always] : always;
 }

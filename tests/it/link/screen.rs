@@ -65,7 +65,7 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
     wait_for("two statuses", || screen.lock().unwrap().statuses > before + 1);
     keys.write_all(b"\n").unwrap();
     // End.
-    says(&screen, "the print is complete: # lines, # of them resent");
+    says(&screen, "the print is complete: # lines, # resend requests");
     assert!(host.0.wait().unwrap().success());
     let screen = screen.lock().unwrap();
     let golden = [
@@ -74,7 +74,7 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
         "pausing after moves in progress; Ctrl-C again is an emergency stop",
         "paused above the part: Enter (continue), c and Enter (cancel), Ctrl-C (emergency stop)",
         "the print continues",
-        "the print is complete: # lines, # of them resent",
+        "the print is complete: # lines, # resend requests",
     ];
     assert_eq!(screen.whole(), golden);
     assert!(screen.wrapped.iter().all(|line| !line.contains(" min left")), "{:?}", screen.wrapped);
@@ -88,7 +88,7 @@ fn a_narrow_terminal_has_the_beginning_of_a_status_in_one_line() {
     let (mut host, _keys, screen) = connected(&mut send(&part, &machine, &link), 40);
     shows(&screen, "# %, waits for the bed's heat");
     shows(&screen, "# %, # min left, layer # of #");
-    says(&screen, "the print is complete: # lines, # of them resent");
+    says(&screen, "the print is complete: # lines, # resend requests");
     assert!(host.0.wait().unwrap().success());
     let screen = screen.lock().unwrap();
     let whole = screen.whole();
@@ -157,7 +157,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
             paused,
             &format!("# tty#: warning: {fault}"),
             "# tty#: the print continues",
-            "# tty#: the print is complete: # lines, # of them resent",
+            "# tty#: the print is complete: # lines, # resend requests",
         ];
         golden.sort_unstable();
         assert_eq!(found, golden, "{columns} columns");
