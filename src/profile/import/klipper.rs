@@ -99,9 +99,8 @@ impl Config {
         for name in names {
             // Their owners' servers keep these; they hold macros alone.
             if CLIENTS.contains(&&*name) && open.shelf.text(&folder.join(&name)).is_err() {
-                self.notes.push(format!(
-                    "{place}: {name} is not there, and is not read: it has macros of the server's page alone"
-                ));
+                self.notes
+                    .push(format!("{place}: {name} not found and skipped; it holds only macros of the web interface"));
                 continue;
             }
             let inner = open.named(folder.join(name), place, "put it where the line says, or remove the line")?;
@@ -130,7 +129,7 @@ impl Config {
         for (limit, name) in limits.iter_mut().zip(["LIMIT_VELOCITY", "LIMIT_ACCEL"]) {
             match get(name) {
                 Some(text) if text.contains('{') => {
-                    self.notes.push(format!("{place}: {name}={} is computed by Klipper, and is not read", shown(text)));
+                    self.notes.push(format!("{place}: {name}={} is computed by Klipper and is not read", shown(text)));
                 }
                 Some(text) => *limit = Some(Stated { value: number(name, text, place)?, from: vec![place.clone()] }),
                 None => {}
@@ -175,7 +174,8 @@ impl Config {
         let rotary = self.rotary()?;
         let Some(kinematics) = self.one("printer", "kinematics")? else {
             let file = rotary[0].from.file.clone();
-            let why = "[printer] has no kinematics, so this is not a whole printer.cfg; give that first".to_owned();
+            let why = "[printer] has no kinematics, so this is not a complete printer.cfg; pass printer.cfg itself"
+                .to_owned();
             return Err(ImportError::File { file, why });
         };
         let (name, place) = (kinematics.value.clone(), kinematics.place.clone());
@@ -230,9 +230,9 @@ impl Config {
             .map(|entry| format!("{} = {}", entry.key, entry.value))
             .collect();
         self.notes.push(format!(
-            "{place}: [pivot_coord] makes Klipper follow the tip, once PIVOT_COORD ACTIVATE=1 is run: that must not be on. Its {} say where the \
-             axes are: compare them with kinematics.pivot_mm and kinematics.offset_mm",
-            if offsets.is_empty() { "offsets".to_owned() } else { offsets.join(", ") }
+            "{place}: do not run PIVOT_COORD ACTIVATE=1, which would apply the tilt a second time; compare {} with kinematics.pivot_mm \
+             and kinematics.offset_mm",
+            if offsets.is_empty() { "its offsets".to_owned() } else { offsets.join(", ") }
         ));
         let tilts = |about: char| matches!(about, 'X' | 'Y');
         match axes[..] {
@@ -258,11 +258,13 @@ impl Config {
         let get = |key| self.number("printer", key);
         let mut most = Vec::new();
         if let Some(feed) = get("max_velocity")?.map(minute) {
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "max_velocity, a minute"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "it goes no faster"));
+            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "max_velocity in mm/min"));
+            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to max_velocity"));
         }
         most.extend(
-            get("max_z_velocity")?.map(minute).map(|z| Fact::number("transition.z_mm_per_min", &z, "Z goes no faster")),
+            get("max_z_velocity")?
+                .map(minute)
+                .map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to max_z_velocity")),
         );
         let Some(all) = get("max_accel")? else { return Ok(most) };
         facts.push(Fact::number("limits.acceleration_mm_per_s2", &all, ""));
@@ -283,7 +285,7 @@ impl Config {
         let junction = Stated { value: speed * speed * CORNER / all.value, from };
         match check_number("limits.junction_mm", junction.value) {
             Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-            Err(out) => self.notes.push(format!("{}: {out}, and is left unchanged ({how})", junction.place())),
+            Err(out) => self.notes.push(format!("{}: {out}, so it is not imported ({how})", junction.place())),
         }
         Ok(most)
     }
@@ -325,7 +327,10 @@ impl Config {
             }
             if let Some(told) = letter {
                 if let Some(other) = rotary.iter().find(|axis| axis.letter == told.letter) {
-                    let why = format!("{} is the axis of {} already ({})", told.letter, other.motor, other.from);
+                    let why = format!(
+                        "axis letter {} is already used by {} ({}); give each stepper its own letter",
+                        told.letter, other.motor, other.from
+                    );
                     return Err(ImportError::At { place: told.place.clone(), why });
                 }
                 rotary.push(self.axis(name, place, told)?);
@@ -337,9 +342,9 @@ impl Config {
                 steppers.iter().filter(|(name, _)| !rotary.iter().any(|axis| axis.motor == *name)).collect();
             let (name, place) = without[0];
             let why = format!(
-                "[manual_stepper {name}] has no axis letter (MANUAL_STEPPER STEPPER={name} GCODE_AXIS=..); add that line for tilt and rotation \
-                 to a macro; or, if MANUAL_STEPPER MOVE turns the table, pass --set kinematics.tilt.stepper=NAME --set \
-                 kinematics.rotation.stepper=NAME ({})",
+                "[manual_stepper {name}] has no axis letter; register tilt and rotation in a macro (MANUAL_STEPPER STEPPER={name} GCODE_AXIS=LETTER), \
+                 or, if MANUAL_STEPPER MOVE turns the table, pass --set kinematics.tilt.stepper=NAME --set \
+                 kinematics.rotation.stepper=NAME (steppers: {})",
                 steppers.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
             );
             return Err(ImportError::At { place: (*place).clone(), why });
@@ -348,7 +353,7 @@ impl Config {
         two(
             &rotary,
             &at,
-            "its axes are the [manual_stepper ..] sections to which a macro gives a letter (MANUAL_STEPPER STEPPER=tilt GCODE_AXIS=A)",
+            "an axis is a [manual_stepper ..] that a macro registers, as MANUAL_STEPPER STEPPER=tilt GCODE_AXIS=A",
         )?;
         Ok(rotary)
     }
@@ -360,7 +365,10 @@ impl Config {
             let Some((name, place)) = steppers.iter().find(|(name, _)| name.eq_ignore_ascii_case(motor)) else {
                 let known: Vec<&str> = steppers.iter().map(|(name, _)| *name).collect();
                 let file = self.sections.first().map_or_else(String::new, |(_, place)| place.file.clone());
-                let why = format!("there is no [manual_stepper {motor}]; there are {}", known.join(", "));
+                let why = format!(
+                    "[manual_stepper {motor}] not found; the files have: {}",
+                    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+                );
                 return Err(ImportError::File { file, why });
             };
             let told = Told { stepper: (*name).to_owned(), letter, limits: [None, None], place: (*place).clone() };

@@ -35,18 +35,21 @@ pub(super) fn read(files: &[File]) -> Result<Imported, ImportError> {
         let document = Document::read(file)?;
         let of = if document.has("proxies") && !document.has("limits") { &mut pieces } else { &mut machine };
         if let Some(first) = of {
-            let why = format!("{} is the same of another machine; give the files of one", first.name());
+            let why = format!(
+                "{} is the same kind of file; pass one machine.json and at most one collision.json",
+                first.name()
+            );
             return Err(ImportError::File { file: file.name.clone(), why });
         }
         *of = Some(document);
     }
     let Some(machine) = machine else {
-        let why = "pieces alone (collision.json) do not give the axis limits; add machine.json".to_owned();
+        let why = "collision.json has no axis limits; pass machine.json too".to_owned();
         return Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why });
     };
     let version = machine.needed("_version")?;
     if version.value != 1.0 {
-        let why = format!("_version is {}, and only 1 is known", version.value);
+        let why = format!("_version must be 1, got {}", version.value);
         return Err(ImportError::At { place: version.place(), why });
     }
     let tree = Tree::of(&machine)?;
@@ -111,12 +114,16 @@ impl<'a> Reader<'a> {
         self.chain(&mut facts);
         let (document, list) = pieces.map_or((machine, "collisionProxies"), |document| (document, "proxies"));
         if pieces.is_some() && machine.count("collisionProxies") > 0 {
-            self.notes.push(format!("the pieces of {} count, those of {} do not", document.name(), machine.name()));
+            self.notes.push(format!(
+                "collision proxies are read from {}; those in {} are ignored",
+                document.name(),
+                machine.name()
+            ));
         }
         let pieces = self.pieces(document, list)?;
         self.plate(&pieces, &mut facts)?;
         self.bodies(&pieces, &mut facts)?;
-        let how = "the program knows B, which tilts, and C, which turns".to_owned();
+        let how = "in Koala's simulator B tilts and C turns".to_owned();
         let roles = Some(AxisRoles { tilt: 'B', rotation: 'C', about: Some('Y'), how });
         Ok(Imported {
             firmware: "koala",
@@ -146,20 +153,25 @@ impl<'a> Reader<'a> {
         let zero = || Value::Array(vec![Value::Float(0.0); 3]);
         let place = self.tree.place.clone();
         if self.shift().is_ok_and(|shift| shift == [0.0; 3]) {
-            let how = "the program turns paths about the middle of the plate's surface";
+            let how = "Koala's simulator turns paths about the middle of the plate's surface";
             facts.push(Fact::new("kinematics.pivot_mm", zero(), vec![place.clone()], how));
             facts.push(Fact::new("kinematics.offset_mm", zero(), vec![place.clone()], how));
         } else {
             let at = self.machine.place("machineOffset");
             self.notes.push(format!(
-                "{at}: machineOffset is not 0, so the position of the tilt axis is unknown: the program turns its picture and its paths \
-                 about different points"
+                "{at}: machineOffset is not 0, so the position of the tilt axis is unknown (the simulator then turns its picture and its paths \
+                 about different points)"
             ));
         }
         match self.tree.right_handed {
             Ok(()) => {
                 for key in ["kinematics.tilt.direction", "kinematics.rotation.direction"] {
-                    facts.push(Fact::new(key, 1_i64, vec![place.clone()], "right-handed, as the program turns paths"));
+                    facts.push(Fact::new(
+                        key,
+                        1_i64,
+                        vec![place.clone()],
+                        "right-handed, as Koala's simulator turns paths",
+                    ));
                 }
             }
             Err(ref why) => self.notes.push(why.clone()),
@@ -176,11 +188,11 @@ impl<'a> Reader<'a> {
             let part = document.text(&format!("{path}.part"))?;
             let tree: &'a Tree = self.tree;
             let Some(part) = tree.name_of(&part) else {
-                return wrong("part", format!("part {part:?} not found; parts are {}", self.tree.names()));
+                return wrong("part", format!("part {part:?} not found; the parts are {}", self.tree.names()));
             };
             let size = |name: &str| -> Result<f64, ImportError> {
                 let stated = document.needed(&format!("{path}.{name}"))?;
-                let why = format!("{name} is {}, and a piece has a size above 0", stated.value);
+                let why = format!("{name} must be above 0, got {}", stated.value);
                 if stated.value > 0.0 { Ok(stated.value) } else { Err(ImportError::At { place: stated.place(), why }) }
             };
             let at = |name: &str| document.number(&format!("{path}.{name}")).map(|s| s.map_or(0.0, |s| s.value));
@@ -197,14 +209,14 @@ impl<'a> Reader<'a> {
                 "sphere" => around([size("sx")?; 3]),
                 "cylinder" => upright(centre, size("sx")?, size("sy")?),
                 "hull" if centre != shift => {
-                    return wrong("type", "ox, oy or oz of a hull is not 0: the program draws it there and checks it elsewhere; add it to hullPoints".to_owned());
+                    return wrong("type", "ox, oy and oz of a hull must be 0 (the simulator draws and checks it in different positions); add them to hullPoints, then set them to 0".to_owned());
                 }
                 "hull" => Shape::Hull(document.points(&format!("{path}.hullPoints"), |p| {
                     let p = turned(p);
                     [0, 1, 2].map(|k| tidy(p[k] + shift[k]))
                 })?),
                 other => {
-                    return wrong("type", format!("{other:?} is not a piece; use box, cylinder, sphere or hull"));
+                    return wrong("type", format!("unknown proxy type {other:?}; use box, cylinder, sphere or hull"));
                 }
             };
             let label = document.has(&format!("{path}.label")).then(|| document.text(&format!("{path}.label")));
@@ -241,11 +253,11 @@ impl<'a> Reader<'a> {
                     piece.from, piece.name, max[2]
                 ));
             }
-            "the plate, and what turns with it".clone_into(&mut how);
+            "the plate and the collision proxies that turn with it".clone_into(&mut how);
             from.push(piece.from.clone());
         }
         let size = half.map(|v| Value::Float(tidy(2.0 * v)));
-        facts.push(Fact::new("table.radius_mm", 0.0, width.from.clone(), "a rectangle"));
+        facts.push(Fact::new("table.radius_mm", 0.0, width.from.clone(), "the plate is a rectangle"));
         facts.push(Fact::new("table.size_mm", Value::Array(size.to_vec()), from.clone(), &how));
         if lowest < 0.0 {
             facts.push(Fact::new("table.thickness_mm", tidy(-lowest), from.clone(), &how));
@@ -298,16 +310,16 @@ impl<'a> Reader<'a> {
                 "head.body",
                 Value::Array(head),
                 of_head,
-                "the nozzle and the pieces that follow the tip",
+                "the nozzle and the collision proxies that move with the tip",
             ));
         } else {
             self.notes.push(format!(
-                "no piece belongs to part {}, which carries the nozzle: the head's shape is unknown",
+                "no collision proxy belongs to part {}, which carries the nozzle, so the head's shape is unknown",
                 self.tree.tool()
             ));
         }
         if !fixed.is_empty() {
-            let how = "pieces that the tip moves against";
+            let how = "collision proxies that do not move with the tip";
             facts.push(Fact::new("fixed.body", Value::Array(fixed), of_fixed, how));
         }
         Ok(())
@@ -322,19 +334,16 @@ impl<'a> Reader<'a> {
             return wrong(
                 &base,
                 format!(
-                    "the nozzle goes from {} mm across to {}; the base is wider than the tip",
+                    "nozzle.tip is {} mm and nozzle.base {} mm; both must be above 0, and the base wider than the tip",
                     tip.value, base.value
                 ),
             );
         }
         if angle.value <= 0.0 || angle.value >= 90.0 {
-            return wrong(
-                &angle,
-                format!("the cone's half angle is {}; it must be between 0 and 90 degrees", angle.value),
-            );
+            return wrong(&angle, format!("nozzle.angle must be above 0 and below 90 deg, got {}", angle.value));
         }
         if length.value < 0.0 {
-            return wrong(&length, format!("the shaft is {} mm long; it must be 0 or longer", length.value));
+            return wrong(&length, format!("nozzle.length must be at least 0 mm, got {}", length.value));
         }
         let [tip_r, base_r] = [tip.value / 2.0, base.value / 2.0];
         let top = (base_r - tip_r) / angle.value.to_radians().tan();

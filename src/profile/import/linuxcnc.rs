@@ -66,7 +66,7 @@ impl<'a> Reader<'a> {
             None => {
                 let tables = TABLES.map(|(table, _, _)| table).join(", ");
                 let why = format!(
-                    "kinematics {} is not a table that tilts and turns; use trivkins, {}, {tables}",
+                    "kinematics {} is not supported; use trivkins, {}, {tables}",
                     shown(&name),
                     OTHER_JOINTS.join(", ")
                 );
@@ -105,8 +105,8 @@ impl<'a> Reader<'a> {
             self.table(hal, *beside, &mut facts, &mut notes)?;
             if !self.kinematics.value.contains("identityfirst") {
                 notes.push(format!(
-                    "{}: {} is active when LinuxCNC starts (no sparm=identityfirst), and would turn the poses a second time: each program must \
-                     begin with the identity kinematics (M429 where the sample configurations' remaps are used); see dialect.start",
+                    "{}: {} is active when LinuxCNC starts (no sparm=identityfirst) and would apply the tilt a second time; keep M429 (identity \
+                     kinematics) in dialect.start",
                     self.kinematics.place, self.name
                 ));
             }
@@ -114,8 +114,8 @@ impl<'a> Reader<'a> {
         let remaps = self.ini.every("RS274NGC", "REMAP");
         if !remaps.iter().any(|entry| entry.value.trim_start().starts_with("M429")) {
             notes.push(format!(
-                "{}: no REMAP defines M429, with which dialect.start chooses the identity kinematics, so LinuxCNC refuses it; add the remap of \
-                 the sample configurations, or remove M429 if no other kinematics can be active",
+                "{}: no REMAP defines M429 (identity kinematics), so LinuxCNC rejects it in dialect.start; add the sample configurations' \
+                 remap, or remove M429 if no other kinematics can be active",
                 self.kinematics.place
             ));
         }
@@ -179,8 +179,8 @@ impl<'a> Reader<'a> {
             && !matches!(wrapped.bare(), "0" | "NO" | "FALSE")
         {
             let why = format!(
-                "[{section}] WRAPPED_ROTARY: words of {letter} count within one turn, and their sign gives the direction, which no profile can \
-                 describe; remove the line"
+                "[{section}] WRAPPED_ROTARY is not supported (words of {letter} count within one turn, and their sign gives the direction); remove \
+                 the line"
             );
             return Err(ImportError::At { place: wrapped.place.clone(), why });
         }
@@ -203,10 +203,12 @@ impl<'a> Reader<'a> {
             stated
         };
         if let Some(fastest) = least([x.as_ref(), y.as_ref()]).filter(|_| x.is_some() && y.is_some()).map(a_minute) {
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &fastest, "the slower of X and Y, a minute"));
-            most.push(Fact::number("transition.travel_mm_per_min", &fastest, "X and Y go no faster"));
+            facts.push(Fact::number("limits.max_feed_mm_per_min", &fastest, "the slower of X and Y, in mm/min"));
+            most.push(Fact::number("transition.travel_mm_per_min", &fastest, "lowered to the slower of X and Y"));
         }
-        most.extend(z.map(a_minute).map(|z| Fact::number("transition.z_mm_per_min", &z, "Z goes no faster")));
+        most.extend(
+            z.map(a_minute).map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to the maximum speed of Z")),
+        );
         let [x, y, z] = of("MAX_ACCELERATION", "MAX_LINEAR_ACCELERATION");
         let (x, y, z) = (x?, y?, z?);
         let both = least([x.as_ref(), y.as_ref()]).filter(|_| x.is_some() && y.is_some());
@@ -234,7 +236,7 @@ impl<'a> Reader<'a> {
         let direction = if conventional.as_ref().is_some_and(|pin| pin.value != 0.0) { -1_i64 } else { 1 };
         let how = match direction {
             1 => format!("{} turns the table right-handed, unless conventional-directions is set", self.name),
-            _ => "with conventional-directions words turn the other way".to_owned(),
+            _ => "conventional-directions is set, so words turn the table left-handed".to_owned(),
         };
         let from = conventional.map_or_else(|| vec![self.kinematics.place.clone()], |pin| pin.from);
         for key in ["kinematics.tilt.direction", "kinematics.rotation.direction"] {
@@ -242,7 +244,7 @@ impl<'a> Reader<'a> {
         }
         let (Some(across), Some(up)) = (across, up) else {
             notes.push(format!(
-                "{}: no line sets {}.{}-offset and z-offset, so the position of the tilt axis is unknown",
+                "{}: {}.{}-offset and z-offset are not both set, so the position of the tilt axis is unknown",
                 self.kinematics.place,
                 self.name,
                 ["x", "y"][beside]

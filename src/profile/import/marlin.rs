@@ -59,7 +59,7 @@ impl Reader {
         let defined = self.defines.get(name)?.clone();
         if !defined.certain {
             let note = format!(
-                "{}: {name} is under a condition that these files do not decide, and is not read",
+                "{}: {name} is not read, because its #if condition cannot be evaluated from these files",
                 defined.place
             );
             if !self.notes.contains(&note) {
@@ -77,7 +77,7 @@ impl Reader {
     fn machine(mut self) -> Result<Imported, ImportError> {
         for name in OTHERS {
             if let Some(defined) = self.defines.get(name).filter(|defined| defined.certain) {
-                let why = format!("{name} is not a table that tilts and turns");
+                let why = format!("{name} is not supported; the machine must have a table that tilts and turns");
                 return Err(ImportError::At { place: defined.place.clone(), why });
             }
         }
@@ -119,7 +119,7 @@ impl Reader {
             let tilt = rotary.iter().map(|axis| axis.letter).find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
             roles =
                 Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: "by PENTA_AXIS_TRT".to_owned() });
-            let how = "so that G49, which Marlin itself does not know, ends its following of the tip";
+            let how = "required, because only a firmware with PENTA_AXIS_TRT has G49, which ends tip following";
             facts.push(Fact::new("link.identity", "KINEMATICS:PENTA_AXIS_TRT", vec![table.place.clone()], how));
             self.table(tilt, &table, &mut facts)?;
         }
@@ -154,18 +154,22 @@ impl Reader {
         let mut most = Vec::new();
         if let Some(speeds) = &speeds {
             let feed = minute(if speeds[1].value < speeds[0].value { &speeds[1] } else { &speeds[0] });
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y, a minute"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "X and Y go no faster"));
-            most.push(Fact::number("transition.z_mm_per_min", &minute(&speeds[2]), "Z goes no faster"));
+            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y, in mm/min"));
+            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
+            most.push(Fact::number(
+                "transition.z_mm_per_min",
+                &minute(&speeds[2]),
+                "lowered to the maximum speed of Z",
+            ));
         }
         if let Some(list) = &accelerations {
             let print = self.get("DEFAULT_ACCELERATION")?;
             let of = |which: &[usize]| least(which.iter().map(|&i| Some(&list[i])).chain([print.as_ref()]));
             let how = "the least of X, Y and DEFAULT_ACCELERATION";
             facts.extend(of(&[0, 1]).map(|a| Fact::number("limits.acceleration_mm_per_s2", &a, how)));
-            facts.extend(
-                of(&[2]).map(|a| Fact::number("limits.z_acceleration_mm_per_s2", &a, "of Z or of printing moves")),
-            );
+            facts.extend(of(&[2]).map(|a| {
+                Fact::number("limits.z_acceleration_mm_per_s2", &a, "the lower of Z and DEFAULT_ACCELERATION")
+            }));
             facts.push(Fact::number("limits.e_acceleration_mm_per_s2", &list[axes], "the extruder's"));
         }
         Ok(most)
@@ -175,14 +179,14 @@ impl Reader {
         for name in LEVELS {
             if let Some(defined) = self.defines.get(name) {
                 self.notes.push(format!(
-                    "{}: {name}: G28 may leave the bed mesh on, which was measured on the level table; put {} after it",
+                    "{}: {name}: G28 may leave a bed mesh active that was measured on the level table; put {} after G28",
                     defined.place,
                     Correction::BedMesh.off(Firmware::Marlin)
                 ));
             }
         }
         if self.enabled("CLASSIC_JERK") {
-            self.notes.push("CLASSIC_JERK counts corners otherwise: limits.junction_mm is unknown".to_owned());
+            self.notes.push("CLASSIC_JERK replaces junction deviation, so limits.junction_mm is unknown".to_owned());
         } else {
             facts.extend(self.get("JUNCTION_DEVIATION_MM")?.map(|v| Fact::number("limits.junction_mm", &v, "")));
         }
@@ -211,7 +215,7 @@ impl Reader {
         ] {
             if let Some(stated) = self.get(name)? {
                 if stated.value.fract() != 0.0 || stated.value.abs() > 1e9 {
-                    let why = format!("{name} is {}, which is not a whole number", stated.value);
+                    let why = format!("{name} must be a whole number of at most 1000000000, got {}", stated.value);
                     return Err(ImportError::At { place: stated.place(), why });
                 }
                 facts.push(Fact::new(key, stated.value as i64, stated.from, ""));
@@ -237,7 +241,7 @@ impl Reader {
         let up = self.get("DEFAULT_ROTATIONAL_JOINT_OFFSET_Z")?;
         let ([x, y, z], Some(across), Some(up)) = (&zero[..], across, up) else {
             let why =
-                "of DEFAULT_MRZP_OFFSET_X, _Y, _Z and DEFAULT_ROTATIONAL_JOINT_OFFSET_X, _Y, _Z not all are there";
+                "DEFAULT_MRZP_OFFSET_X, _Y, _Z and DEFAULT_ROTATIONAL_JOINT_OFFSET_X or _Y, _Z are not all defined";
             self.notes.push(format!("{}: {why}, so the position of the tilt axis is unknown", of.place));
             return Ok(());
         };

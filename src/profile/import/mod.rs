@@ -117,11 +117,11 @@ impl Kind {
 
     fn name(self) -> &'static str {
         match self {
-            Self::LinuxCnc | Self::Hal => "LinuxCNC's",
-            Self::Klipper => "Klipper's",
-            Self::RepRap => "RepRapFirmware's",
-            Self::Marlin => "Marlin's",
-            Self::Koala => "that of Koala's simulator",
+            Self::LinuxCnc | Self::Hal => "a LinuxCNC file",
+            Self::Klipper => "a Klipper file",
+            Self::RepRap => "a RepRapFirmware file",
+            Self::Marlin => "a Marlin file",
+            Self::Koala => "a file of Koala's simulator",
         }
     }
 }
@@ -144,7 +144,10 @@ pub fn import(files: &[File], motors: Option<&[String; 2]>, shelf: &dyn Shelf) -
             .ok_or_else(|| wrong(format!("not the configuration of a known firmware; {LOOKED_FOR}")))?;
         if let Some(first) = kinds.first().filter(|first| first.name() != kind.name()) {
             let (one, other) = (kind.name(), first.name());
-            return Err(wrong(format!("it is {one}, and {} is {other}; give the files of one machine", files[0].name)));
+            return Err(wrong(format!(
+                "this is {one}, but {} is {other}; pass the files of one machine",
+                files[0].name
+            )));
         }
         kinds.push(kind);
     }
@@ -194,9 +197,7 @@ fn corrects(firmware: Firmware, line: &str, place: &StatedAt) -> Option<String> 
 fn two(rotary: &[Rotary], place: &StatedAt, seen: &str) -> Result<(), ImportError> {
     let letters: Vec<String> = rotary.iter().map(|axis| axis.letter.to_string()).collect();
     let which = if letters.is_empty() { "none".to_owned() } else { format!("only {}", letters.join(", ")) };
-    let why = format!(
-        "this machine has no turning table: {seen}, and a table that tilts and turns needs two rotary axes; there is {which}"
-    );
+    let why = format!("a table that tilts and turns needs two rotary axes, but this machine has {which} ({seen})");
     if rotary.len() >= 2 { Ok(()) } else { Err(ImportError::At { place: place.clone(), why }) }
 }
 
@@ -235,7 +236,7 @@ impl Imported {
             let there: Vec<String> =
                 self.rotary.iter().map(|axis| format!("{} ({})", axis.letter, axis.from)).collect();
             let why = format!(
-                "no rotary axis is called {letter}; there are {}: say which of them it is by --set kinematics.{key}.letter=LETTER",
+                "rotary axis {letter} not found; the machine has {}; pass --set kinematics.{key}.letter=LETTER",
                 there.join(", ")
             );
             return Err(ImportError::File { file: self.rotary[0].from.file.clone(), why });
@@ -288,7 +289,7 @@ impl Imported {
             }
             check(fact.key, &fact.value).map_err(|out| {
                 let place = fact.from.first().cloned().unwrap_or(StatedAt { file: String::new(), line: 0 });
-                let why = format!("{out}; if the machine does otherwise, pass --set {}=VALUE", fact.key);
+                let why = format!("{out}; if the machine differs from this, pass --set {}=VALUE", fact.key);
                 ImportError::At { place, why }
             })?;
         }
@@ -304,7 +305,8 @@ fn narrow(fact: &mut Fact) {
     let taken = if fact.key.ends_with("min_deg") { value.max(*ends.start()) } else { value.min(*ends.end()) };
     if taken != value {
         let gap = if fact.how.is_empty() { "" } else { "; " };
-        fact.how = format!("{}{gap}the file has {value}, but a profile allows at most {taken}", fact.how);
+        let most = if taken > value { "at least" } else { "at most" };
+        fact.how = format!("{}{gap}the file has {value}, but a profile allows {most} {taken}", fact.how);
         fact.value = taken.into();
     }
 }

@@ -76,18 +76,18 @@ impl Config {
             let Some(command) = command(inner, &place)? else { continue };
             if let Some(number) = command.stray.first().filter(|_| READ.contains(&&*command.code)) {
                 self.notes
-                    .push(format!("{place}: {number} in {} stands behind no letter, and is not read", command.code));
+                    .push(format!("{place}: {number} in {} has no letter before it and is not read", command.code));
             }
             if conditions.is_empty() {
                 self.command(&command, &place, file, open)?;
             } else if READ.contains(&&*command.code) {
                 let why = format!(
-                    "{} is under a condition, which is not evaluated; give a copy with it alone, or without it",
+                    "{} is inside a condition, which is not evaluated; pass a copy of the file where it is unconditional or removed",
                     command.code
                 );
                 return Err(ImportError::At { place, why });
             } else if command.code == "M98" {
-                self.notes.push(format!("{place}: a conditional M98 is not followed"));
+                self.notes.push(format!("{place}: a conditional M98 is not read"));
             }
             self.last = Some(place);
         }
@@ -146,7 +146,7 @@ impl Config {
         open: &mut Open<'_>,
     ) -> Result<(), ImportError> {
         let Some(named) = command.text('P') else {
-            self.notes.push(format!("{place}: the file name of M98 is not plain, and is not read"));
+            self.notes.push(format!("{place}: M98 without a literal file name is not read"));
             return Ok(());
         };
         // config.g lies in /sys of the card.
@@ -255,8 +255,8 @@ impl Config {
         }
         if let Some(kind) = self.numbers.get("M669 K").filter(|kind| !STRAIGHT.contains(&kind.value)) {
             self.notes.push(format!(
-                "{}: M669 K{} is not Cartesian or CoreXY kinematics; check that the limits of X, Y and Z match the nozzle's reach, and that \
-                 commands of the table's axes move only the table",
+                "{}: M669 K{} is not Cartesian or CoreXY kinematics; check the limits of X, Y and Z, and that each rotary axis moves only the \
+                 table",
                 kind.place(),
                 kind.value
             ));
@@ -296,7 +296,7 @@ impl Config {
         }
         let end = self.last.clone().unwrap_or(StatedAt { file: String::new(), line: 0 });
         let at = self.axes.values().find_map(|axis| axis.from.clone()).unwrap_or(end);
-        two(&rotary, &at, "M584 creates the axes other than X, Y and Z")?;
+        two(&rotary, &at, "M584 creates them")?;
         Ok(rotary)
     }
 
@@ -310,15 +310,15 @@ impl Config {
         let mut most = Vec::new();
         if let Some(feed) = slower(|axis| &axis.speed) {
             facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "X and Y go no faster"));
+            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
         }
         most.extend(
-            get('Z', |axis| &axis.speed).map(|z| Fact::number("transition.z_mm_per_min", &z, "Z goes no faster")),
+            get('Z', |axis| &axis.speed)
+                .map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to the maximum speed of Z")),
         );
         let all = least([slower(|axis| &axis.acceleration).as_ref(), self.numbers.get("M204 P")]);
         facts.extend(
-            all.iter()
-                .map(|all| Fact::number("limits.acceleration_mm_per_s2", all, "the slower of X and Y, and of M204 P")),
+            all.iter().map(|all| Fact::number("limits.acceleration_mm_per_s2", all, "the lowest of X, Y and M204 P")),
         );
         for (letter, key) in [('Z', "limits.z_acceleration_mm_per_s2"), ('E', "limits.e_acceleration_mm_per_s2")] {
             facts.extend(get(letter, |axis| &axis.acceleration).map(|stated| Fact::number(key, &stated, "")));
@@ -327,10 +327,10 @@ impl Config {
         if let (Some(all), Some(jerk)) = (all, jerk) {
             let value = (jerk.value / 60.0).powi(2) * CORNER / all.value;
             let junction = Stated { value, from: [&jerk.from[..], &all.from[..]].concat() };
-            let how = "right for corners of 90 degrees: the jerk of M566, mm/s, squared * 0.414 / the acceleration";
+            let how = "M566 jerk in mm/s, squared * 0.414 / acceleration; exact for corners of 90 degrees";
             match check_number("limits.junction_mm", value) {
                 Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-                Err(out) => self.notes.push(format!("{}: {out}, and is left unchanged ({how})", junction.place())),
+                Err(out) => self.notes.push(format!("{}: {out}, so it is not imported ({how})", junction.place())),
             }
         }
         most

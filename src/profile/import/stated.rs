@@ -223,12 +223,14 @@ impl<'a> Open<'a> {
         let path = plain(&path);
         if self.stack.contains(&path) {
             return Err(wrong(format!(
-                "{} was read already: the files include each other in a circle",
+                "{} includes itself, directly or through other files; remove this include",
                 path.display()
             )));
         }
         if self.count > MOST_FILES {
-            return Err(wrong(format!("more than {MOST_FILES} files are named; give those that describe the axes")));
+            return Err(wrong(format!(
+                "more than {MOST_FILES} files are included; pass only those that describe the axes"
+            )));
         }
         let text = self.shelf.text(&path).map_err(|why| wrong(format!("{}: {why}; {missing}", path.display())))?;
         let name = path.to_string_lossy().into_owned();
@@ -269,7 +271,7 @@ pub(super) fn number(what: &str, text: &str, place: &StatedAt) -> Result<f64, Im
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(ImportError::At {
             place: place.clone(),
-            why: format!("{what} is {}, which is not a number", shown(text)),
+            why: format!("{what} must be a finite number, got {}", shown(text)),
         }),
     }
 }

@@ -64,7 +64,7 @@ fn what_is_no_configuration_is_refused() {
     one(
         "two",
         &with_rest(folder.path(), &["m.ini", "k.cfg"], &[]).unwrap_err(),
-        "import/file: k.cfg | Klipper's | m.ini | LinuxCNC's",
+        "import/file: k.cfg | a Klipper file | m.ini | a LinuxCNC file",
     );
     // The kind is told by what is in it.
     lay(folder.path(), &vec![("odd.txt", small_reprap())]);
@@ -143,26 +143,26 @@ fn files_that_name_each_other_in_a_circle_are_refused() {
     let ini = small_ini();
     let of =
         |inner: &str| vec![("m.ini", ini.replace("[HAL]\n", "[HAL]\nHALFILE = a.hal\n")), ("a.hal", inner.to_owned())];
-    one("itself", &refusal_of(&of("source a.hal\n")), "import/at: a.hal:1 | a.hal | circle");
-    one("the ini", &refusal("m.ini", &format!("#INCLUDE ./m.ini\n{ini}")), "import/at: m.ini:1 | circle");
+    one("itself", &refusal_of(&of("source a.hal\n")), "import/at: a.hal:1 | a.hal | itself");
+    one("the ini", &refusal("m.ini", &format!("#INCLUDE ./m.ini\n{ini}")), "import/at: m.ini:1 | itself");
     let klipper = small_klipper();
     one(
         "klipper",
         &refusal_of(&[("k.cfg", format!("{klipper}[include a.cfg]\n")), ("a.cfg", "[include ./k.cfg]\n".to_owned())]),
-        "import/at: a.cfg:1 | k.cfg | circle",
+        "import/at: a.cfg:1 | k.cfg | itself",
     );
     one("gone", &refusal("k.cfg", &format!("{klipper}[include gone.cfg]\n")), "import/at: k.cfg:23 | gone.cfg");
     one(
         "a star takes itself",
         &refusal("k.cfg", &format!("{klipper}[include *.cfg]\n")),
-        "import/at: k.cfg:23 | circle",
+        "import/at: k.cfg:23 | itself",
     );
     assert_eq!(says(&[("k.cfg", format!("{klipper}[include none/*.cfg]\n"))], &[]), Ok(Vec::new()));
     let reprap = small_reprap();
     one(
         "reprap",
         &refusal("config.g", &format!("{reprap}M98 P\"0:/sys/config.g\"\n")),
-        "import/at: config.g:6 | circle",
+        "import/at: config.g:6 | itself",
     );
     one("gone", &refusal("config.g", &format!("{reprap}M98 P\"more.g\"\n")), "import/at: config.g:6 | more.g");
     // Twice the same file, one after the other, is no circle; without end it is told apart by its count.
@@ -347,7 +347,7 @@ fn a_configuration_h_that_makes_no_sense_is_refused_with_its_line() {
                 "import/at: c.h:13 | link.baud | 50 | 300..12000000",
             ),
             ("#define DEFAULT", "#include \"gone.h\"\n#define DEFAULT", "import/at: c.h:13 | gone.h"),
-            ("#define DEFAULT", "#include \"./c.h\"\n#define DEFAULT", "import/at: c.h:13 | circle"),
+            ("#define DEFAULT", "#include \"./c.h\"\n#define DEFAULT", "import/at: c.h:13 | itself"),
         ],
     );
     // The fork's table is like no other Marlin's: a start that does not end its following of the tip is none for it.

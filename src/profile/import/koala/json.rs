@@ -67,7 +67,7 @@ impl<'a> Document<'a> {
     fn wrong<T>(&self, path: &str, wanted: &str) -> Result<T, ImportError> {
         let found = self.at(path).map_or_else(|| "missing".to_owned(), |value| shown(&value.to_string()));
         let empty =
-            if self.at(path) == Some(&Value::Null) { " (the program's word for a field left empty)" } else { "" };
+            if self.at(path) == Some(&Value::Null) { " (which the simulator writes for an empty field)" } else { "" };
         Err(ImportError::At { place: self.place(path), why: format!("{path} is {found}{empty}; {wanted}") })
     }
 
@@ -90,7 +90,7 @@ impl<'a> Document<'a> {
     pub(super) fn text(&self, path: &str) -> Result<String, ImportError> {
         match self.at(path).and_then(Value::as_str) {
             Some(text) => Ok(text.to_owned()),
-            None => self.wrong(path, "expected a text"),
+            None => self.wrong(path, "expected a string"),
         }
     }
 
@@ -116,7 +116,7 @@ impl<'a> Document<'a> {
     pub(super) fn points(&self, path: &str, each: impl Fn([f64; 3]) -> [f64; 3]) -> Result<Vec<[f64; 3]>, ImportError> {
         let count = self.count(path);
         if count < 4 {
-            return self.wrong(path, "a hull needs four corners or more");
+            return self.wrong(path, "expected at least four corners");
         }
         (0..count).map(|i| Ok(each(self.triple(&format!("{path}.{i}"))?))).collect()
     }

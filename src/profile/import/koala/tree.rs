@@ -91,7 +91,7 @@ impl Tree {
             .collect::<Result<Vec<_>, _>>()?;
         let find = |path: &str| -> Result<usize, ImportError> {
             let name = machine.text(path)?;
-            let why = format!("part {name:?} not found; parts are {}", names.join(", "));
+            let why = format!("part {name:?} not found; the parts are {}", names.join(", "));
             names.iter().position(|n| *n == name).ok_or_else(|| ImportError::At { place: machine.place(path), why })
         };
         let mut parts: Vec<Part> = Vec::new();
@@ -117,7 +117,7 @@ impl Tree {
                     ("rotary", "mc") => Axis::Turn,
                     _ => {
                         let why = format!(
-                            "a {kind:?} part moved by {word:?}: a linear part must be moved by mx, my or mz, a rotary one by mb or mc"
+                            "type {kind:?} with gcode {word:?} is not supported; use static, linear with mx, my or mz, or rotary with mb or mc"
                         );
                         return wrong("gcode", why);
                     }
@@ -150,7 +150,13 @@ impl Tree {
         let wrong = |place: &StatedAt, why: String| Err(ImportError::At { place: place.clone(), why });
         for i in 0..self.parts.len() {
             if self.carriers(i).is_none() {
-                return wrong(&self.parts[i].place, format!("part {} is carried by itself", self.parts[i].name));
+                return wrong(
+                    &self.parts[i].place,
+                    format!(
+                        "part {} is its own parent, directly or through other parts; check each parent",
+                        self.parts[i].name
+                    ),
+                );
             }
         }
         let (bed, tool) = (self.axes(self.bed), self.axes(self.tool));
@@ -160,8 +166,7 @@ impl Tree {
             return wrong(
                 place,
                 format!(
-                    "part {name}, which carries the nozzle, tilts or turns: this is not a machine with a tilting, turning table below an upright \
-                     head"
+                    "part {name}, which carries the nozzle, tilts or turns; only a table that tilts and turns below an upright head is supported"
                 ),
             );
         }
@@ -173,7 +178,7 @@ impl Tree {
             return wrong(
                 place,
                 format!(
-                    "part {name}, the bed, is not turned by mc on what mb tilts: a table tilts and turns on what tilts it"
+                    "the bed, part {name}, must be turned by mc directly on a part that mb tilts, with no other rotary part below"
                 ),
             );
         }
@@ -181,13 +186,13 @@ impl Tree {
             let axis = ["X", "Y", "Z"][i];
             if linear(&bed, i) == linear(&tool, i) {
                 let both = if linear(&bed, i) { "both bed and nozzle move" } else { "neither bed nor nozzle moves" };
-                return wrong(place, format!("{both} along {axis}"));
+                return wrong(place, format!("{both} along {axis}; exactly one of them must"));
             }
             self.bed_axes[i] = linear(&bed, i);
             let wanted = if self.bed_axes[i] { -1.0 } else { 1.0 };
             if let Some(part) = self.parts.iter().find(|part| part.axis == Axis::Linear(i) && part.sense != wanted) {
                 let why = format!(
-                    "part {} moves so that the nozzle goes towards lower {axis} on the plate where the word grows; check invert",
+                    "a larger {axis} word of part {} moves the nozzle towards lower {axis} on the plate; check invert",
                     part.name
                 );
                 return wrong(&part.place, why);
@@ -221,7 +226,7 @@ impl Tree {
             Ok(())
         } else {
             Err(format!(
-                "{}: turned against the program's own paths, right-handed about +Y and +Z; the table's direction is unknown: check it",
+                "{}: turns against the simulator's own paths (right-handed about +Y and +Z), so the table's direction is unknown; check it on the machine",
                 against.join(", ")
             ))
         })
@@ -263,7 +268,7 @@ fn sense(machine: &Document<'_>, path: &str, invert: &str, axis: Axis) -> Result
     let beside: f64 = (0..3).filter(|k| *k != i).map(|k| own[k].abs()).sum();
     if beside > ALONG || (own[i].abs() - 1.0).abs() > ALONG {
         let why = format!(
-            "{given:?} is not along {name}; a profile requires that, for example {:?}",
+            "{path} must be a unit vector along the machine's {name}, for example {:?}, got {given:?}",
             match i {
                 0 => [1, 0, 0],
                 1 => [0, 0, -1],

@@ -33,7 +33,7 @@ impl Hal {
             if key == "HALCMD" {
                 hal.command(&entry.value, entry.place.clone(), ini)?;
             } else if name.starts_with("LIB:") || name.ends_with(".tcl") {
-                let what = if name.ends_with(".tcl") { "a program" } else { "part of LinuxCNC" };
+                let what = if name.ends_with(".tcl") { "a Tcl script" } else { "part of LinuxCNC" };
                 hal.unread
                     .push(format!("{}: {name} is {what} and is not read, so its settings are unknown", entry.place));
             } else {

@@ -163,7 +163,7 @@ impl Defines {
     }
 
     fn no_number(defined: &Defined, text: &str) -> ImportError {
-        let why = format!("{} is {}, which is not a number in these files", defined.name, shown(text));
+        let why = format!("{} is {}, which does not evaluate to a number in these files", defined.name, shown(text));
         ImportError::At { place: defined.place.clone(), why }
     }
 
@@ -173,7 +173,8 @@ impl Defines {
 
     pub(super) fn list(&self, defined: &Defined) -> Result<Vec<f64>, ImportError> {
         let inner = defined.text.strip_prefix('{').and_then(|rest| rest.strip_suffix('}'));
-        let inner = inner.ok_or_else(|| Self::no_number(defined, &defined.text))?;
+        let why = || format!("{} must be a list in braces, got {}", defined.name, shown(&defined.text));
+        let inner = inner.ok_or_else(|| ImportError::At { place: defined.place.clone(), why: why() })?;
         let all = inner.trim().trim_end_matches(',').split(',');
         all.map(|one| self.value(one).filter(|v| v.is_finite()).ok_or_else(|| Self::no_number(defined, one))).collect()
     }
@@ -184,7 +185,8 @@ impl Defines {
         match (letters.next(), letters.next()) {
             (Some(letter), None) if letter.is_ascii_uppercase() => Ok(letter),
             _ => {
-                let why = format!("{} is {}, which is not a letter", defined.name, shown(&defined.text));
+                let why =
+                    format!("{} must be a capital letter in single quotes, got {}", defined.name, shown(&defined.text));
                 Err(ImportError::At { place: defined.place.clone(), why })
             }
         }
