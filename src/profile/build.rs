@@ -201,7 +201,12 @@ impl Profile {
             "1 or -1",
         )?;
         let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
-        check("kinematics.tilt.max_deg", tilt.min_deg <= tilt.max_deg, range, "min_deg..max_deg, ordered")?;
+        check(
+            "kinematics.tilt.max_deg",
+            tilt.min_deg <= tilt.max_deg,
+            range,
+            "min_deg..max_deg with min_deg at most max_deg",
+        )?;
         let level = self.kinematics().tilt.admits(Angle::ZERO);
         let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
         let holds =
@@ -211,8 +216,14 @@ impl Profile {
         self.check_steppers(origin)?;
         let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
-        let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);
-        check("kinematics.rotation.max_deg", both && ordered, range, "both stops, ordered, or neither")?;
+        let stop = |deg: Option<f64>| deg.map_or("none".to_owned(), |deg| deg.to_string());
+        let range = format!("{}..{}", stop(rotation.min_deg), stop(rotation.max_deg));
+        check(
+            "kinematics.rotation.max_deg",
+            both && ordered,
+            range,
+            "min_deg..max_deg with min_deg at most max_deg, or without both",
+        )?;
         if let Some(turns) = rotation.max_turns {
             let allowed = "absent where min_deg and max_deg are given";
             check("kinematics.rotation.max_turns", rotation.max_deg.is_none(), turns.to_string(), allowed)?;
@@ -220,7 +231,7 @@ impl Profile {
         for (key, [low, high]) in
             [("limits.x_mm", self.limits.x_mm), ("limits.y_mm", self.limits.y_mm), ("limits.z_mm", self.limits.z_mm)]
         {
-            check(key, low < high, format!("[{low}, {high}]"), "[lowest, highest]")?;
+            check(key, low < high, format!("[{low}, {high}]"), "[lowest, highest] with lowest below highest")?;
         }
         self.process.fit().map_err(|out| out_of_range(out, origin))?;
         if let Some(celsius) = self.joint.nozzle_c {
@@ -234,13 +245,15 @@ impl Profile {
         check("joint.overlap_mm", overlap_mm <= half_mm, overlap_mm.to_string(), &allowed)?;
         if let Some([x, y]) = self.transition.park_mm {
             let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
-            let inside = within(x, self.limits.x_mm) && within(y, self.limits.y_mm);
-            check("transition.park_mm", inside, format!("{:?}", [x, y]), "within limits.x_mm, limits.y_mm")?;
+            let (own_x, own_y) = (self.limits.x_mm, self.limits.y_mm);
+            let inside = within(x, own_x) && within(y, own_y);
+            let allowed = format!("within X {own_x:?} and Y {own_y:?} mm (limits.x_mm, limits.y_mm)");
+            check("transition.park_mm", inside, format!("{:?}", [x, y]), &allowed)?;
         }
         // Without a head nothing would ever collide.
         check("head.body", !self.head.body.is_empty(), "[]".to_owned(), "at least one body")?;
         let extent = self.table.radius_mm > 0.0 || self.table.size_mm.is_some();
-        check("table.radius_mm", extent, self.table.radius_mm.to_string(), "> 0, or 0 with size_mm")?;
+        check("table.radius_mm", extent, self.table.radius_mm.to_string(), "above 0, or 0 with table.size_mm")?;
         check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: trunnion computes the poses itself")?;
         let letters = [tilt.letter, rotation.letter, self.dialect.extruder];
         let distinct = letters[0] != letters[1] && letters[1] != letters[2] && letters[0] != letters[2];
@@ -250,7 +263,7 @@ impl Profile {
             "kinematics.tilt.letter",
             distinct && capital,
             text,
-            "three different capital letters other than F G I J K M N R T X Y Z",
+            "three different capital letters other than F G I J K M N R T X Y Z (with kinematics.rotation.letter and dialect.extruder)",
         )?;
         self.check_bodies(origin)?;
         self.check_code(origin)
@@ -268,9 +281,9 @@ impl Profile {
             let (v, key) = (Vec3::from(given), format!("kinematics.{axis}.along"));
             let lean_deg = v.angle(&square).to_degrees();
             let allowed = match v.norm() {
-                length if !(0.5..=2.0).contains(&length) => "a vector of length 1".to_owned(),
+                length if !(0.5..=2.0).contains(&length) => "a vector of length 1 (0.5 to 2 is accepted)".to_owned(),
                 _ if lean_deg > MOST_LEAN_DEG => format!(
-                    "0..{MOST_LEAN_DEG} deg from +{name}, got {lean_deg:.2} deg: the direction of the axis while both angles are zero"
+                    "within {MOST_LEAN_DEG} deg of +{name}, and is {lean_deg:.2} deg from it (direction of the axis while both angles are zero)"
                 ),
                 _ => continue,
             };
@@ -287,7 +300,7 @@ impl Profile {
         let allowed = match given {
             [None, None] => return Ok(()),
             [None, _] | [_, None] => {
-                "names of both axes, or of none: kinematics.tilt.stepper and kinematics.rotation.stepper"
+                "set for both axes or for neither (kinematics.tilt.stepper, kinematics.rotation.stepper)"
             }
             _ if self.firmware() != Firmware::Klipper => "absent: only Klipper has MANUAL_STEPPER (dialect.firmware)",
             [Some(tilt), Some(rotation)] if tilt == rotation || !is_name(tilt) || !is_name(rotation) => {

@@ -53,14 +53,14 @@ impl Profile {
             )
         } else if let Some(name) = self.registered() {
             format!(
-                "it makes {name} an axis of moves (GCODE_AXIS), and Klipper refuses MANUAL_STEPPER MOVE for it; remove these lines, or \
+                "it registers {name} as an axis of moves (GCODE_AXIS), and Klipper rejects MANUAL_STEPPER MOVE for it; remove these lines, or \
                  kinematics.tilt.stepper and kinematics.rotation.stepper"
             )
         } else if let Some(letter) = self.unregistered() {
             format!(
-                "no line registers axis {letter}, and Klipper ignores words of an unknown axis: the table would stand still; add MANUAL_STEPPER \
-                 STEPPER=name GCODE_AXIS= (so that a second print can begin) and, after G28, MANUAL_STEPPER STEPPER=name GCODE_AXIS={letter}; if \
-                 a macro does this, add the comment ; GCODE_AXIS={letter}"
+                "no line registers axis {letter}, so Klipper would ignore its words and the table would not turn; add MANUAL_STEPPER STEPPER=name \
+                 GCODE_AXIS= (frees the axis of an earlier print) and, after G28, MANUAL_STEPPER STEPPER=name GCODE_AXIS={letter}; if a \
+                 macro does this, add the comment ; GCODE_AXIS={letter}"
             )
         } else {
             return Ok(());
@@ -153,8 +153,7 @@ impl Profile {
         let mut unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
         let from_the_start = |remedy: &str| {
             format!(
-                "a firmware with PENTA_AXIS may follow the tip from power-on; it would then apply the poses, which trunnion computes \
-                 already, a second time and drive the head into the part; {remedy} {}",
+                "firmware with PENTA_AXIS may follow the tip from power-on, which would apply the tilt a second time; {remedy} {}",
                 follows.off(firmware)
             )
         };
@@ -308,7 +307,7 @@ mod tests {
         for (base, code, said) in [
             ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it makes the firmware follow the tip"),
             ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 after it"),
-            ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": a firmware with PENTA_AXIS may follow"),
+            ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": firmware with PENTA_AXIS may follow"),
             ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "before it, put G49"),
             ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
             ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 after it"),
@@ -334,7 +333,7 @@ mod tests {
         }
         let home = |code: &str| with("hendrikjan-5d", "link", "rehome", code);
         assert!(
-            home("G28 Z\nG28 X Y").contains("link.rehome: \"G28 Z\": a firmware with PENTA_AXIS"),
+            home("G28 Z\nG28 X Y").contains("link.rehome: \"G28 Z\": firmware with PENTA_AXIS"),
             "{}",
             home("G28 Z")
         );

@@ -24,12 +24,12 @@ pub const HEAD_QUESTIONS: [(&str, &str); 9] = [
     ("head.carriage_z_mm", "the same: [lowest, highest] above the tip, mm"),
     (
         "head.gantry_moves",
-        "beam that carries the carriage: YZ if it runs along X and keeps its distance from the nozzle in Y (also if the bed moves instead \
-         of the beam), XZ if it runs along Y and moves sideways with the nozzle, none if there is no beam",
+        "beam that carries the carriage, by the axes in which it follows the nozzle over the bed: YZ (a beam along X), XZ (a beam along Y) \
+         or none",
     ),
     (
         "head.gantry_mm",
-        "the same: from the nozzle's middle back (a beam along Y: to the right) to its [front, rear] face, mm, less than 0 on the other side",
+        "the same: distances from the nozzle's axis to its [front, rear] faces, mm, positive to the back (XZ: [left, right], positive to the right)",
     ),
     ("head.gantry_z_mm", "the same: [lowest, highest] above the tip, mm"),
 ];
@@ -157,7 +157,7 @@ impl Measures {
         };
         if tip <= 0.0 || length <= 0.0 || widest < tip {
             let why = format!(
-                "{tip} mm across the tip and {widest} mm over a length of {length} mm: a nozzle cannot grow narrower upward"
+                "the tip ({tip} mm) and the length ({length} mm) must be above 0, and the widest diameter ({widest} mm) at least the tip"
             );
             return wrong("head.cone_mm", self.value("head.cone_mm"), &why);
         }
@@ -269,7 +269,7 @@ pub fn measured(answers: &mut Table, like: &Profile) -> Result<(), HeadFault> {
         if !names.contains(&key.as_str()) {
             let near = nearest(key, names.into_iter().chain(own)).filter(|(edits, _)| *edits <= MOST_EDITS);
             let meant = near.map_or_else(String::new, |(_, name)| format!("; the nearest is \"head.{name}\""));
-            return wrong(&format!("head.{key}"), None, &format!("not a measure and not a key of a head{meant}"));
+            return wrong(&format!("head.{key}"), None, &format!("unknown key{meant}"));
         }
     }
     if head.contains_key("body") {

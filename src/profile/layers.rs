@@ -97,7 +97,7 @@ pub enum ProfileError {
         message: String,
     },
     /// A key that no version knows.
-    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac lists all keys".to_owned(), |n| format!("; the nearest is {n:?}")))]
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; firmware-profiles/defaults.toml describes all keys".to_owned(), |n| format!("; the nearest is {n:?}")))]
     UnknownKey {
         /// `file:line`.
         place: String,
@@ -325,7 +325,7 @@ pub(super) fn out_of_range(out: OutOfRange, origin: &Origin) -> ProfileError {
 fn sane(key: &str, value: &Value, origin: &Origin) -> Result<(), ProfileError> {
     match value {
         Value::String(text) if !MANY_LINES.contains(&key) && text.contains(char::is_control) => {
-            let (value, allowed) = (value.to_string(), "text of one line".to_owned());
+            let (value, allowed) = (value.to_string(), "text without control characters".to_owned());
             Err(out_of_range(OutOfRange { key: key.to_owned(), value, allowed }, origin))
         }
         Value::Array(all) => all.iter().try_for_each(|one| sane(key, one, origin)),

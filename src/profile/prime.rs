@@ -63,7 +63,9 @@ pub fn prime(m: &TraceMove, trace: &Trace, profile: &Profile) -> Result<Prime, S
     }
     let over = ends.iter().map(|p| profile.beyond_table(p.x, p.y)).fold(f64::NEG_INFINITY, f64::max) + width / 2.0;
     if over > 0.0 {
-        return Err(format!("a prime line reaches {over:.2} mm beyond the table or into its rim (table.keep_out_mm)"));
+        return Err(format!(
+            "a prime line reaches {over:.2} mm beyond the table or into its rim (table.keep_out_mm); move it inward"
+        ));
     }
     Ok(Prime { line: m.line, ends, width, height })
 }

@@ -189,14 +189,14 @@ impl SliceSettings {
         };
         let (layer, width, nozzle) = (self.layer_height_mm, self.line_width_mm, self.nozzle_mm);
         if layer > nozzle {
-            return out("layer_height_mm", layer, format!("0..{nozzle} mm: no layer is higher than the nozzle's bore"));
+            return out("layer_height_mm", layer, format!("0..{nozzle} mm (at most process.nozzle_mm)"));
         }
         let (least, most) = ((0.5 * nozzle).max(layer), 4.0 * nozzle);
         for (key, width) in [("line_width_mm", width), ("first_layer_width_mm", self.first_layer_width_mm)] {
             let as_all = key == "first_layer_width_mm" && width == 0.0;
             if !as_all && !(least..=most).contains(&width) {
-                let why = "half the nozzle's bore and the layer's height at least, 4 bores at most";
-                return out(key, width, format!("{least}..{most} mm: {why}"));
+                let why = "from the layer height and half of process.nozzle_mm up to 4 times process.nozzle_mm";
+                return out(key, width, format!("{least}..{most} mm ({why})"));
             }
         }
         Ok(())

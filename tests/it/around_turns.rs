@@ -241,11 +241,11 @@ fn names_of_motors_are_checked() {
     };
     assert_eq!(checked("G21", "G21"), "");
     for (from, to, words) in [
-        ("stepper = \"rot\"\n", "", "names of both axes, or of none"),
+        ("stepper = \"rot\"\n", "", "set for both axes or for neither"),
         ("stepper = \"rot\"", "stepper = \"tilt\"", "two different names"),
         ("stepper = \"rot\"", "stepper = \"r t\"", "two different names of letters, digits and _"),
         ("[dialect]\n", "[dialect]\nfirmware = \"marlin\"\n", "only Klipper has MANUAL_STEPPER"),
-        ("STEPPER=tilt SET_POSITION=0", "STEPPER=tilt GCODE_AXIS=A", "and Klipper refuses MANUAL_STEPPER MOVE for it"),
+        ("STEPPER=tilt SET_POSITION=0", "STEPPER=tilt GCODE_AXIS=A", "and Klipper rejects MANUAL_STEPPER MOVE for it"),
         ("STEPPER=brake MOVE=5", "STEPPER=tilt MOVE=5", "may move an axis of the table"),
     ] {
         let text = checked(from, to);

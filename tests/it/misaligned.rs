@@ -152,13 +152,13 @@ fn directions_that_no_axis_has_are_refused() {
     for (keys, wanted) in [
         (
             "[kinematics.tilt]\nalong = [0.0, 1.0, 0.0]",
-            "got 90.00 deg: the direction of the axis while both angles are zero",
+            "90.00 deg from it (direction of the axis while both angles are zero)",
         ),
         (
             "[kinematics.tilt]\nalong = [-1.0, 0.0, 0.0]",
-            "kinematics.tilt.along = [-1.0, 0.0, 0.0]: must be 0..5 deg from +X",
+            "kinematics.tilt.along = [-1.0, 0.0, 0.0]: must be within 5 deg of +X",
         ),
-        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "must be 0..5 deg from +Z, got 5.71 deg"),
+        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "must be within 5 deg of +Z, and is 5.71 deg from it"),
         (
             "[kinematics.rotation]\nalong = [0.0, 0.0, 0.0]",
             "kinematics.rotation.along = [0.0, 0.0, 0.0]: must be a vector of length 1",
