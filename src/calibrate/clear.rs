@@ -110,8 +110,8 @@ impl ClearWay {
         if words_deg.windows(2).all(|two| self.turns(two[0], two[1], tip)) {
             return Ok(());
         }
-        let room = "cannot prove that head and frame clear the table while it turns there";
-        Err(format!("{room}, the tip at X{:.1} Y{:.1} Z{:.1}", tip.x, tip.y, tip.z))
+        let room = "cannot prove that head and frame clear the table while it turns";
+        Err(format!("{room} with the tip at X{:.1} Y{:.1} Z{:.1}", tip.x, tip.y, tip.z))
     }
 
     /// Whether the table can turn one axis from `from` to `to` while the tip waits at `tip`.

@@ -15,7 +15,7 @@ pub fn form(tip: &Tip, features: &[Feature], poses: &[ChainCandidate], [tilt, ro
         tip.radius_mm, tip.paper_mm, tip.repeats_to_mm, tip.offset_mm
     );
     if let Some(by_eye) = tip.by_eye_mm {
-        let _ = writeln!(out, "# The same of X and Y over a mark.\nby_eye_mm = {by_eye:?}");
+        let _ = writeln!(out, "# by_eye_mm: how well X and Y repeat over a mark.\nby_eye_mm = {by_eye:?}");
     }
     for feature in features {
         let _ = match feature.shape {

@@ -330,7 +330,7 @@ impl Reader<'_> {
         let mut named = |feature: Feature, wrong: &dyn Fn(String) -> TouchError| {
             if feature.name == "table" || feature.name.trim().is_empty() || feature.name.contains(char::is_control) {
                 return Err(wrong(format!(
-                    "name = {:?} is not valid; use one line other than \"table\"",
+                    "name = {:?} is not valid; use at least one visible character, no control characters, and not \"table\"",
                     feature.name
                 )));
             }

@@ -39,13 +39,13 @@ impl Uncalibrated {
     fn undetermined(&self, what: &Undetermined, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let told = |(name, error, angle): &(String, f64, bool)| {
             let (unit, hardly) = if *angle { ("deg", 3.0) } else { ("mm", 6.0) };
-            let to = if *error > hardly { "not at all".to_owned() } else { format!("to {error:.3} {unit} only") };
+            let to = if *error > hardly { "unknown".to_owned() } else { format!("known only to {error:.3} {unit}") };
             format!("{name} ({to})")
         };
         let unknowns: Vec<String> = what.unknowns.iter().map(told).collect();
         write!(f, "{}: the touches do not determine {}", self.file, unknowns.join(", "))?;
         if let Some([x, y]) = what.new_mark {
-            write!(f, "; draw a mark on the table near X{x} Y{y} of it and touch that")?;
+            write!(f, "; draw a mark near X{x} Y{y} of the table and touch it")?;
         }
         if !what.next.is_empty() {
             f.write_str(if what.new_mark.is_some() { " at" } else { "; touch next" })?;
@@ -66,6 +66,6 @@ impl Uncalibrated {
                 one.tip.y
             )?;
         }
-        f.write_str("; profile calibrate --poses makes a whole list")
+        f.write_str("; trunnion profile calibrate --poses lists all touches to make")
     }
 }

@@ -97,8 +97,7 @@ pub(super) fn turning_height(profile: &Profile, clear: &ClearWay) -> Result<f64,
     if clear.passes_anywhere(height) {
         return Ok(height);
     }
-    let why =
-        format!("with the tip at the end of Z ({height:.1} mm), cannot prove that the head clears the level table");
+    let why = format!("cannot prove that the head clears the level table with the tip at Z {height:.1}");
     Err(NoVisit { number: 1, why })
 }
 

@@ -105,7 +105,7 @@ impl CalibrateResult {
         let along = |axis: usize| self.along().map_or(String::new(), |both| format!("along = {:?}\n", both[axis]));
         let _ = write!(
             out,
-            "\n[kinematics]\n# Known to, 95 of 100: {}\npivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
+            "\n[kinematics]\n# Accuracy (95 % confidence): {}\npivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
              \n[kinematics.tilt]\nzero_deg = {tilt:?}\n{}\n[kinematics.rotation]\nzero_deg = {rotation:?}\n{}",
             self.known(),
             along(0),
@@ -156,8 +156,8 @@ impl CalibrateResult {
                 format!("outliers: {}; measure them again or remove them", all.join(", "))
             }
             Refusal::Scattered { rms_mm, noise_mm } => format!(
-                "the touches scatter by {rms_mm:.3} mm, but each should repeat to {noise_mm} mm (repeats_to_mm); something slips, or [tip] is \
-                 wrong; raise repeats_to_mm if touches are that rough"
+                "the touches scatter by {rms_mm:.3} mm, but each should repeat to {noise_mm} mm (repeats_to_mm); check for slip and a \
+                 wrong [tip], or raise repeats_to_mm if touches are that rough"
             ),
             Refusal::Sloped { mm, allowed_mm } => {
                 let k = &self.machine.profile.kinematics;

@@ -199,7 +199,7 @@ fn refusals(profile: &Profile, tilts: &[Tilted]) -> Vec<String> {
     if tilts[0].reached_mm.is_none() {
         let [x, y, z] = tilts[0].centre_mm.map(plain);
         all.push(format!(
-            "the tip cannot reach the line through the level table's middle (X {x} Y {y} Z {z}); check [limits], pivot_mm, offset_mm and the \
+            "the tip reaches none of the tested points on the level table (middle at X {x} Y {y} Z {z}); check [limits], pivot_mm, offset_mm and the \
              bodies of head and frame"
         ));
     }
@@ -273,7 +273,7 @@ mod tests {
         assert!(check("[kinematics.tilt]\nmin_deg = 10.0\nzero_deg = 20.0\n").is_ok());
         let far = check("[kinematics]\npivot_mm = [0.0, 900.0, 0.0]\n").unwrap();
         assert!(
-            far.refusal().unwrap().contains("the tip cannot reach the line through the level table's middle"),
+            far.refusal().unwrap().contains("the tip reaches none of the tested points on the level table"),
             "{:?}",
             far.refusals
         );

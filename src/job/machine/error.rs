@@ -24,7 +24,7 @@ pub enum MachineError {
     },
     /// A machine with unanswered questions.
     #[error(
-        "not answered: {keys}; pass --set KEY=VALUE or --answers FILE, or keep the other profile's values with --keep-rest"
+        "not answered: {keys}; pass --set KEY=VALUE or --answers FILE, or keep the values of the --like profile with --keep-rest"
     )]
     Unanswered {
         /// The keys.

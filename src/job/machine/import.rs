@@ -21,9 +21,9 @@ use crate::world::{FileError, World, in_words};
 const DIRECTIONS: [(&str, &str); 2] = [
     (
         "kinematics.tilt.direction",
-        "1 where a greater word of the tilt turns the table right-handed about machine +X (a B table: +Y), else -1",
+        "1 if a larger tilt word turns the table right-handed about machine +X (a B table: +Y), else -1",
     ),
-    ("kinematics.rotation.direction", "1 where a greater word of the rotation turns it right-handed about +Z, else -1"),
+    ("kinematics.rotation.direction", "1 if a larger rotation word turns the table right-handed about +Z, else -1"),
 ];
 /// What no other machine's profile answers: a table that tilts where another one turns, or turns the other way, meets the head.
 pub const REQUIRED_KEYS: [&str; 5] = [
@@ -387,7 +387,7 @@ impl ImportedProfile {
             self.name, self.files, self.firmware
         );
         if !self.unanswered.is_empty() {
-            let _ = writeln!(heading, "Not in these files, so as in {like}: {}.", self.unanswered.join(", "));
+            let _ = writeln!(heading, "Not in these files, and taken from {like}: {}.", self.unanswered.join(", "));
         }
         let thick =
             if self.facts.iter().any(|fact| fact.key == "table.thickness_mm") { "" } else { "table.thickness_mm, " };
@@ -397,7 +397,7 @@ impl ImportedProfile {
         );
         let _ = writeln!(
             heading,
-            "All other keys, such as speeds and [link], are as in {like}: trunnion profile show lists them."
+            "All other keys, such as speeds and [link], are those of {like}: trunnion profile show lists them."
         );
         if self.profile.head == self.like.profile.head {
             heading += SAME_HEAD;

@@ -130,8 +130,11 @@ impl Answers {
             }
         }
         for (key, value) in &self.set {
-            let why = || "a key is made of names separated by dots, for example kinematics.tilt.max_deg".to_owned();
-            let wrong = || MachineError::Answer { what: format!("{key}={value}"), why: why() };
+            let why = match key.split('.').all(is_name) {
+                true => "a shorter key already has a value; remove one of the two",
+                false => "a key must be names separated by dots, for example kinematics.tilt.max_deg",
+            };
+            let wrong = || MachineError::Answer { what: format!("{key}={value}"), why: why.to_owned() };
             insert(&mut all, key, answer(value)).ok_or_else(wrong)?;
         }
         Ok(all)
@@ -175,14 +178,18 @@ pub fn keep_profile(
     Ok(place)
 }
 
+/// Whether a key may have this as one of the names between its dots.
+fn is_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
 fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {
-    let fine = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     match key.split_once('.') {
-        None if fine(key) => {
+        None if is_name(key) => {
             into.insert(key.to_owned(), value);
             Some(())
         }
-        Some((first, rest)) if fine(first) => {
+        Some((first, rest)) if is_name(first) => {
             let inner = into.entry(first).or_insert_with(|| Value::Table(Table::new()));
             insert(inner.as_table_mut()?, rest, value)
         }

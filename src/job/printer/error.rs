@@ -71,7 +71,7 @@ pub enum BadSimulation {
     },
     /// An unknown fault.
     #[error(
-        "fault {given}: must be NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; names: {}",
+        "fault {given}: must be NAME@LINE, NAME:PROBABILITY or random:PROBABILITY (0 to 1); names: {}",
         NAMES.map(|(name, _)| name).join(", ")
     )]
     Fault {

@@ -67,7 +67,7 @@ pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, PrinterError
     settings.blank_after_number = profile.link.blank_after_number;
     settings.prove_layers = profile.link.prove == Prove::Layer;
     if settings.prove_layers && !protocol.firmware().is_printer() {
-        let wanted = "this firmware does not know M114; leave \"count\"".to_owned();
+        let wanted = "this firmware has no M114; use \"count\"".to_owned();
         return Err(BadSetting::Words { name: "[link] prove", text: "layer".to_owned(), wanted }.into());
     }
     settings.planner_blocks = profile.link.planner;
