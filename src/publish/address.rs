@@ -193,7 +193,7 @@ impl Key {
             () if key.is_empty() => "is empty",
             () if key.len() > 512 => "is longer than 512 bytes",
             () if !key.chars().all(|c| c.is_ascii_graphic() || c == ' ') => {
-                "has more than one line of printable characters"
+                "has characters other than printable ASCII, or several lines"
             }
             () => return Ok(Self(key.to_owned())),
         };
@@ -218,10 +218,10 @@ pub fn file_name(name: &str) -> Result<&str, BadInput> {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
     let why = match () {
         () if name.is_empty() => "is empty",
-        () if name.len() > LONGEST_NAME => "is too long",
-        () if !name.chars().all(plain) => "has other characters",
+        () if name.len() > LONGEST_NAME => "is longer than 80 bytes",
+        () if !name.chars().all(plain) => "has characters that are not allowed",
         () if name.starts_with(['.', '-']) => "begins with '.' or '-'",
-        () if ![".gcode", ".gco", ".g"].iter().any(|end| name.ends_with(end)) => "has another ending",
+        () if ![".gcode", ".gco", ".g"].iter().any(|end| name.ends_with(end)) => "does not end in .gcode, .gco or .g",
         () => return Ok(name),
     };
     Err(BadInput::Name { name: name.to_owned(), why })

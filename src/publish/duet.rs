@@ -73,7 +73,7 @@ impl Api for Duet<'_> {
     }
 
     fn remove(&self) -> Result<(), ServerFault> {
-        let what = "to delete the file";
+        let what = "the request to delete the file";
         match self.0.read(what, &self.path("rr_delete"))?["err"].as_i64() {
             Some(0) => Ok(()),
             _ => Err(ServerFault::Refused { what, status: 200, words: String::new() }),
@@ -88,12 +88,12 @@ impl Api for Duet<'_> {
                 let job = self.model("job")?["file"]["fileName"].as_str().map(str::to_owned);
                 Ok(State::Printing(job.map(|file| file.rsplit('/').next().unwrap_or_default().to_owned())))
             }
-            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("not told")))),
+            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("unknown")))),
         }
     }
 
     fn start(&self) -> Result<(), ServerFault> {
-        let (what, code) = ("to start the print", format!("M32 \"{}\"", self.file()));
+        let (what, code) = ("the request to start the print", format!("M32 \"{}\"", self.file()));
         let path = format!("/rr_gcode?gcode={}", escaped(&code));
         self.0.good(what, self.0.once(Question::get(path), &|_| {})?).map(drop)
     }

@@ -39,12 +39,12 @@ pub enum ServerFault {
         seconds: u64,
     },
     /// A connection that was closed during every try.
-    #[error("the server closed the connection and stored no file; try again")]
+    #[error("the server closed the connection, or did not store the whole file; try again")]
     Closed,
     /// A certificate that is not trusted.
     #[error(
-        "its certificate is not trusted: {why}; for your own certificate pass its fingerprint with --fingerprint (openssl x509 -in CERTIFICATE \
-         -noout -fingerprint -sha256, on the server), or its authority's file in SSL_CERT_FILE"
+        "its certificate is not trusted: {why}; pass --fingerprint (on the server: openssl x509 -in CERTIFICATE -noout -fingerprint -sha256), \
+         or set SSL_CERT_FILE to the CA certificate"
     )]
     Tls {
         /// The library's words.
@@ -101,7 +101,7 @@ pub enum ServerFault {
         start: bool,
     },
     /// All sessions are in use.
-    #[error("all its sessions are in use; close one of its pages, and try again")]
+    #[error("all its sessions are in use; close a browser tab that shows it, and try again")]
     Busy,
     /// The file does not go there.
     #[error("its disk is full: {}the file needs {needs} bytes; delete old files there", .free.map(|free| format!("{free} bytes are free, ")).unwrap_or_default())]
@@ -147,7 +147,7 @@ pub enum ServerFault {
     )]
     Unclear,
     /// Not what was sent.
-    #[error("upload corrupted ({sent} bytes sent, {there} there); the file was deleted, try again")]
+    #[error("upload corrupted ({sent} bytes sent, {there} bytes stored on the server); try again")]
     Differs {
         /// What was sent.
         sent: u64,

@@ -32,7 +32,8 @@ impl FromStr for Fingerprint {
             .unwrap_or_default();
         let bytes: Vec<u8> = digits.chunks_exact(2).map(|pair| (pair[0] * 16 + pair[1]) as u8).collect();
         let wrong = || {
-            "64 hexadecimal digits, as openssl x509 -in CERTIFICATE -noout -fingerprint -sha256 prints them".to_owned()
+            "must be 64 hexadecimal digits, as printed by openssl x509 -in CERTIFICATE -noout -fingerprint -sha256"
+                .to_owned()
         };
         if digits.len() != 64 { Err(wrong()) } else { bytes.try_into().map(Self).map_err(|_| wrong()) }
     }

@@ -166,7 +166,7 @@ fn elsewhere(location: Option<&str>) -> String {
     let plain = |c: &char| c.is_ascii_graphic();
     let to: String =
         location.unwrap_or_default().split(['?', '#']).next().unwrap_or_default().chars().filter(plain).collect();
-    if to.is_empty() || to.contains('@') { "an address that it does not name".to_owned() } else { to }
+    if to.is_empty() || to.contains('@') { "an address that is missing or contains a login".to_owned() } else { to }
 }
 
 /// `text` with all but letters and digits in per cent.

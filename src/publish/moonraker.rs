@@ -18,7 +18,7 @@ impl Moonraker<'_> {
     }
 
     fn folder(&self) -> Result<serde_json::Value, ServerFault> {
-        self.0.read("a list of files", "/server/files/directory?path=gcodes")
+        self.0.read("the request for the list of files", "/server/files/directory?path=gcodes")
     }
 }
 
@@ -58,7 +58,7 @@ impl Api for Moonraker<'_> {
 
     fn remove(&self) -> Result<(), ServerFault> {
         let question = Question { method: HttpMethod::Delete, ..Question::get(self.file()) };
-        self.0.good("to delete the file", self.0.once(question, &|_| {})?).map(drop)
+        self.0.good("the request to delete the file", self.0.once(question, &|_| {})?).map(drop)
     }
 
     fn state(&self) -> Result<State, ServerFault> {
@@ -66,33 +66,33 @@ impl Api for Moonraker<'_> {
         let answer = self.0.once(Question::get("/printer/info".to_owned()), &|_| {})?;
         if answer.status == 503 {
             return Ok(State::NotReady(
-                "Klipper is not running behind it, or has not connected: start its service there".to_owned(),
+                "Klipper is not running or not connected (start its service on the server)".to_owned(),
             ));
         }
         let info = self.0.value(what, &self.0.good(what, answer)?)?;
         if info["state"].as_str() != Some("ready") {
             let why = info["state_message"].as_str().or_else(|| info["state"].as_str());
-            return Ok(State::NotReady(
-                why.unwrap_or("it gives no reason").lines().next().unwrap_or_default().to_owned(),
-            ));
+            return Ok(State::NotReady(why.unwrap_or("no reason given").lines().next().unwrap_or_default().to_owned()));
         }
         let stats = self.0.read(what, "/printer/objects/query?print_stats")?["status"]["print_stats"].clone();
         match stats["state"].as_str() {
             Some("printing" | "paused") => Ok(State::Printing(stats["filename"].as_str().map(str::to_owned))),
             Some("standby" | "complete" | "cancelled" | "error") => Ok(State::Ready),
-            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("not told")))),
+            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("unknown")))),
         }
     }
 
     fn start(&self) -> Result<(), ServerFault> {
-        let what = "to start the print";
+        let what = "the request to start the print";
         let path = format!("/printer/print/start?filename={}", self.0.job.name);
         self.0.good(what, self.0.once(Question::post(path, "application/json", Vec::new()), &|_| {})?).map(drop)
     }
 
     fn shown(&self) -> Result<UploadFigures, ServerFault> {
         let path = format!("/server/files/metadata?filename={}", self.0.job.name);
-        let Some(file) = self.0.look("the file's metadata", &path)? else { return Ok(UploadFigures::default()) };
+        let Some(file) = self.0.look("the request for the file's metadata", &path)? else {
+            return Ok(UploadFigures::default());
+        };
         Ok(UploadFigures {
             seconds: file["estimated_time"].as_f64(),
             filament_mm: file["filament_total"].as_f64(),

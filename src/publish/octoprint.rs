@@ -44,7 +44,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn free(&self) -> Result<Option<u64>, ServerFault> {
-        Ok(self.0.read("a list of files", "/api/files/local?recursive=false")?["free"].as_u64())
+        Ok(self.0.read("the request for the list of files", "/api/files/local?recursive=false")?["free"].as_u64())
     }
 
     fn kept(&self) -> Result<Option<Kept>, ServerFault> {
@@ -66,7 +66,7 @@ impl Api for OctoPrint<'_> {
             other => Err(ServerFault::Refused {
                 what: "the file's name",
                 status: answer.status,
-                words: format!("it would be called {}", other.unwrap_or("otherwise")),
+                words: format!("it stores the file as {}", other.unwrap_or("a file without a name")),
             }),
         }
     }
@@ -77,14 +77,14 @@ impl Api for OctoPrint<'_> {
 
     fn remove(&self) -> Result<(), ServerFault> {
         let question = Question { method: HttpMethod::Delete, ..Question::get(self.file()) };
-        self.0.good("to delete the file", self.0.once(question, &|_| {})?).map(drop)
+        self.0.good("the request to delete the file", self.0.once(question, &|_| {})?).map(drop)
     }
 
     fn state(&self) -> Result<State, ServerFault> {
         let what = "the request for the printer";
         let answer = self.0.once(Question::get("/api/printer?exclude=temperature,sd".to_owned()), &|_| {})?;
         if answer.status == 409 {
-            return Ok(State::NotReady("it is not connected to one".to_owned()));
+            return Ok(State::NotReady("it is not connected to OctoPrint".to_owned()));
         }
         let answer = self.0.good(what, answer)?;
         let state = self.0.value(what, &answer)?["state"].clone();
@@ -96,11 +96,12 @@ impl Api for OctoPrint<'_> {
         if is("ready") && is("operational") {
             return Ok(State::Ready);
         }
-        Ok(State::NotReady(state["text"].as_str().unwrap_or("it gives no reason").to_owned()))
+        Ok(State::NotReady(state["text"].as_str().unwrap_or("no reason given").to_owned()))
     }
 
     fn start(&self) -> Result<(), ServerFault> {
-        let (what, command) = ("to start the print", json!({"command": "select", "print": true}).to_string());
+        let (what, command) =
+            ("the request to start the print", json!({"command": "select", "print": true}).to_string());
         let question = Question::post(self.file(), "application/json", vec![command.as_bytes()]);
         self.0.good(what, self.0.once(question, &|_| {})?).map(drop)
     }

@@ -28,7 +28,7 @@ pub(super) fn kind_of(metadata: &Metadata) -> Option<&'static str> {
     match () {
         () if kind.is_dir() => Some("a folder"),
         () if kind.is_file() => None,
-        () => Some("no file"),
+        () => Some("not a regular file"),
     }
 }
 

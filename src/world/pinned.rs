@@ -85,7 +85,7 @@ impl<In: Transport> Connector<In> for PinnedConnector {
             return Ok(Some(Either::A(transport)));
         }
         let host = details.uri.host().unwrap_or_default().trim_matches(['[', ']']).to_owned();
-        let name = ServerName::try_from(host).map_err(|_| ureq::Error::Tls("its name is none"))?;
+        let name = ServerName::try_from(host).map_err(|_| ureq::Error::Tls("the host name is not valid"))?;
         let mut conn = ClientConnection::new(Arc::clone(&self.0), name)?;
         let mut sock = TransportAdapter::new(transport.boxed(), details.current_time.clone());
         sock.set_timeout(details.timeout);

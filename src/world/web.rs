@@ -162,6 +162,7 @@ fn of_tls(error: &rustls::Error) -> Trouble {
     match error {
         // Its first bytes are no record of TLS.
         rustls::Error::InvalidMessage(rustls::InvalidMessage::InvalidContentType) => Trouble::Plain,
+        rustls::Error::General(why) => Trouble::Tls { why: why.clone() },
         other => Trouble::Tls { why: other.to_string() },
     }
 }

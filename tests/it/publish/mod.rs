@@ -300,7 +300,7 @@ fn a_key_comes_from_a_file_or_the_environment() {
     let key_file = ["--key-file", file.to_str().unwrap()];
     done(publish(&server.to(), &key_file).env("TRUNNION_KEY", "not this one"));
     std::fs::write(&file, "SECRET\nSECRET\n").unwrap();
-    fails(&mut publish(&server.to(), &key_file), 2, "publish/key: octo.key | more than one line");
+    fails(&mut publish(&server.to(), &key_file), 2, "publish/key: octo.key | several lines");
     std::fs::write(&file, "").unwrap();
     fails(&mut publish(&server.to(), &key_file), 2, "publish/key: octo.key | empty");
     fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "file/read: no/such.key");
