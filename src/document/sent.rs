@@ -194,10 +194,10 @@ mod tests {
 
     #[test]
     fn what_is_waited_for_and_its_figures_come_first() {
-        let [bed, nozzle, none] = [Some("the bed's heat"), Some("the nozzle's heat"), None].map(shown);
+        let [bed, nozzle, none] = [Some("the bed temperature"), Some("the nozzle temperature"), None].map(shown);
         let (rest, layer) = ("37 min left, layer 12 of 80, slot 2 of 4", "24/210 C");
-        assert_eq!(bed, format!("42 %, waits for the bed's heat, bed 45/60, {rest}, {layer}"));
-        assert_eq!(nozzle, format!("42 %, waits for the nozzle's heat, {layer}, {rest}, bed 45/60"));
+        assert_eq!(bed, format!("42 %, waits for the bed temperature, bed 45/60, {rest}, {layer}"));
+        assert_eq!(nozzle, format!("42 %, waits for the nozzle temperature, {layer}, {rest}, bed 45/60"));
         assert_eq!(none, format!("42 %, {rest}, {layer}, bed 45/60"));
     }
 }

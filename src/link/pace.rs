@@ -35,9 +35,9 @@ impl std::fmt::Display for TooSlow {
         let Self { needed, carried, bytes, segment_mm, speed, file_line, baud, .. } = self;
         write!(
             f,
-            "{segment_mm:.2} mm segments at {speed:.0} mm/s need {needed:.0} lines/s; this link carries {carried:.0} \
-             ({baud} baud, {bytes:.0} bytes a line), first near line {file_line}: the printer will slow down and may \
-             leave blobs for {:.0} of {:.0} s; use native USB, a higher baud, or coarser segments",
+            "from line {file_line}, {segment_mm:.2} mm segments at {speed:.0} mm/s need {needed:.0} lines/s, but this link carries \
+             {carried:.0} ({baud} baud, {bytes:.0} bytes a line); the printer will slow down and may leave blobs for {:.0} of {:.0} s; \
+             use native USB, a higher baud, or coarser segments",
             self.seconds, self.of_seconds
         )
     }

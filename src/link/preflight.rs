@@ -45,7 +45,7 @@ pub enum Unfit {
         high: f64,
     },
     /// Too hot.
-    #[error("line {line}: {target} C for the {heater}, but the profile allows {allowed} C ([link] {key})")]
+    #[error("line {line}: {target} C for the {heater}, but the profile allows at most {allowed} C ([link] {key})")]
     TooHot {
         /// Of the file.
         line: u32,

@@ -60,8 +60,8 @@ pub enum ReentryError {
     },
     /// Homing could hit the part.
     #[error(
-        "[link] rehome is empty, so how to home with a part on the table is unknown, and normal homing could drive the nozzle into the print; if \
-         Z homes upward, set rehome = \"G28\" in the profile"
+        "[link] rehome is empty, and normal homing could drive the nozzle into the part on the table; if Z homes upward, set rehome = \"G28\" \
+         in the profile"
     )]
     NoHoming,
     /// Nothing to begin at.

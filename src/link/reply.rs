@@ -185,7 +185,7 @@ fn printer(text: &str) -> Reply {
         return Reply::Fatal(body.trim().to_owned());
     }
     if text.starts_with("!!") {
-        return Reply::Fatal(format!("it answers {text:?}, and nothing more until M999 or a reset"));
+        return Reply::Fatal(format!("it answers every line with {text:?} until M999 or a reset"));
     }
     echo(text)
 }

@@ -39,14 +39,16 @@ fn not_grbl(block: &[u8], parsed: &ParsedLine) -> Option<(String, &'static str)>
     // A G-code that it does not know it answers with an error itself, and the print stops there.
     if not_g && effect(Firmware::Grbl, parsed) == Effect::Hazard(Hazard::Unknown) {
         let name = parsed.commands.first().map_or_else(|| first_word(block), ToString::to_string);
-        return Some((name, "is unknown to Grbl (error:20); use a profile whose dialect is rs274"));
+        return Some((name, "is unknown to Grbl (error:20; [dialect] commands = \"rs274\" makes such lines comments)"));
     }
     if parsed.has(b'E') {
         return Some((
             "an E word".to_owned(),
-            "is unknown to Grbl (error:20); give the profile a spare axis as extruder",
+            "is unknown to Grbl (error:20; [dialect] extruder must be a spare axis)",
         ));
     }
     let real_time = block.iter().any(|b| matches!(b, b'?' | b'!' | b'~' | 0x18 | 0x80..));
-    real_time.then(|| ("a real-time character".to_owned(), "would act at once, wherever it is"))
+    real_time.then(|| {
+        ("a real-time character".to_owned(), "would be executed as soon as it arrives, wherever it is in the file")
+    })
 }

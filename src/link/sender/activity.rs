@@ -199,7 +199,9 @@ impl Sender {
         let Some((letter, found, believed)) = differs(&believed, words) else { return };
         let line = self.program.file_line(place.block.saturating_sub(1));
         let axis = char::from(letter);
-        self.note(format!("the printer reports {axis} at {found:.2}, but after line {line} it should be at {believed:.2}: the head leaves the part"));
+        self.note(format!(
+            "the printer reports {axis} at {found:.2}, but after line {line} it should be at {believed:.2}; pausing above the part"
+        ));
         self.pause();
     }
 

@@ -162,13 +162,13 @@ fn meaning(code: u32) -> &'static str {
     match code {
         1 => "a letter was expected",
         2 => "a number is missing or wrong",
-        8 => "not while it moves",
+        8 => "only allowed when idle",
         9 => "locked: home or unlock it",
         11 => "the line is too long",
         15 => "beyond the machine's travel",
         20 => "an unknown command",
         22 => "no feed rate",
-        24 => "two commands want the same axis words",
+        24 => "two commands use the same axis words",
         33 => "an impossible arc",
         _ => "see the firmware's list",
     }

@@ -159,7 +159,7 @@ impl Sender {
             if strikes < STRIKES { Spelling::Doubted { strikes: strikes + 1 } } else { Spelling::Never };
         self.ledger.space(true);
         if self.printer.spelling == Spelling::Never {
-            self.note("short lines are not understood; from now on a space follows every line number");
+            self.note("the printer misreads lines without a space after the line number; from now on each has one");
         }
     }
 

@@ -172,7 +172,7 @@ impl Sender {
         self.heard = now;
         if self.phase.is_fresh() && self.traits().accounting == Accounting::Proof {
             // None of our lines can fail yet: it answers somebody who was here before.
-            self.note(format!("an error of an earlier program: {text}"));
+            self.note(format!("ignored an error from an earlier program: {text}"));
         } else if self.traits().accounting == Accounting::Counter {
             // A wire error whose text noise has spoilt is followed by its Resend; any other stands.
             self.dialog.error = Some((text, now));
@@ -223,7 +223,7 @@ impl Sender {
     /// The printer wants `number`; `sure` where error and resend name the same one.
     fn refuse(&mut self, now: Time, number: i64, sure: bool) {
         if number <= self.ledger.proven() || number > self.ledger.cursor() {
-            self.doubt(now, "a resend request for a line that it cannot need");
+            self.doubt(now, "a resend request for an impossible line number");
             return;
         }
         if sure {
@@ -302,10 +302,10 @@ impl Sender {
         let mut line = ParsedLine::default();
         line.read(purpose.text(&self.program)).ok()?;
         match effect(self.traits().firmware, &line) {
-            Effect::Heat { heater: Heater::Bed, waits: true, .. } => Some("the bed's heat"),
-            Effect::Heat { heater: Heater::Chamber, waits: true, .. } => Some("the chamber's heat"),
-            Effect::Heat { waits: true, .. } => Some("the nozzle's heat"),
-            Effect::HeatWait => Some("heat"),
+            Effect::Heat { heater: Heater::Bed, waits: true, .. } => Some("the bed temperature"),
+            Effect::Heat { heater: Heater::Chamber, waits: true, .. } => Some("the chamber temperature"),
+            Effect::Heat { waits: true, .. } => Some("the nozzle temperature"),
+            Effect::HeatWait => Some("the temperatures"),
             Effect::Home => Some("homing"),
             Effect::Hazard(Hazard::Person) => Some("a person"),
             Effect::Dwell(_) => Some("the end of a dwell"),

@@ -44,7 +44,7 @@ pub enum StopReason {
     },
     /// No answer.
     #[error(
-        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions{}; its heaters may still be on",
+        "the printer has not answered for {seconds:.0} s ({questions} unanswered requests){}; its heaters may still be on",
         strange(said)
     )]
     Mute {
@@ -64,7 +64,7 @@ pub enum StopReason {
         line: u32,
     },
     /// Bytes, but no words.
-    #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
+    #[error("only unreadable bytes arrive: the baud rate is wrong, or the device is not a printer")]
     Noise,
     /// `Error:`, `!!`, `ALARM:` that ends everything.
     #[error("the printer has stopped: {text}; remove the cause, then {}", again(text))]
@@ -120,8 +120,8 @@ pub enum StopReason {
     },
     /// The bed has cooled since the print was broken off.
     #[error(
-        "the bed is at {is_c:.0} C, and the print was on {was_c:.0} C: a cooled print may come loose; nothing was moved; check that the part \
-         still holds, then use --resume --yes"
+        "the bed is at {is_c:.0} C instead of {was_c:.0} C, so the part may have come loose; nothing was moved; check that it still holds, \
+         then use --resume --yes"
     )]
     Cooled {
         /// What it is.

@@ -82,9 +82,10 @@ impl Server {
                 Pty::open(link).map(Self::Pty).map_err(|e| PortError::Other { path: link.clone(), why: e.to_string() })
             }
             #[cfg(not(unix))]
-            Address::Device(link) => {
-                Err(PortError::Other { path: link.clone(), why: "give tcp:127.0.0.1:PORT here".to_owned() })
-            }
+            Address::Device(link) => Err(PortError::Other {
+                path: link.clone(),
+                why: "pseudo-terminals are not supported on this system; use tcp:127.0.0.1:PORT".to_owned(),
+            }),
         }
     }
 

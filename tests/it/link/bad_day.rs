@@ -134,7 +134,10 @@ fn more_heat_or_travel_than_the_machine_has_is_refused_before_the_first_byte() {
     };
     let hot = "G28\nM109 S300\nG1 X1 F600\n";
     for (text, words) in [
-        (hot, "line 2: 300 C for the nozzle, but the profile allows 260 C ([link] max_nozzle_c); nothing was sent"),
+        (
+            hot,
+            "line 2: 300 C for the nozzle, but the profile allows at most 260 C ([link] max_nozzle_c); nothing was sent",
+        ),
         ("G28\nM190 S200\n", "line 2: 200 C for the bed"),
         ("G28\nG1 X5 F600\nG1 X9999\n", "line 3: X 9999 is outside the machine's range, "),
         ("G28\nG1 A120 F600\n", "line 2: A 120 is outside"),
@@ -166,7 +169,7 @@ fn a_link_that_is_too_slow_is_said_before_the_print() {
     for (baud, least, most) in [("115200", 200.0, 300.0), ("250000", 450.0, 600.0)] {
         let words = rehearse(baud);
         let (before, behind) =
-            words.split_once("0.10 mm segments at 60 mm/s need 600 lines/s; this link carries ").unwrap();
+            words.split_once("0.10 mm segments at 60 mm/s need 600 lines/s, but this link carries ").unwrap();
         let carried: f64 = behind.split_once(' ').unwrap().0.parse().unwrap();
         assert!((least..most).contains(&carried), "{baud}: {carried}");
         assert!(!before.contains("rehearsal") && behind.contains("rehearsal"), "{words}");
