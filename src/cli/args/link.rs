@@ -33,7 +33,7 @@ pub(in crate::cli) struct StreamArgs {
     /// Time to wait for a disconnected device
     #[arg(help_heading = PRINTING, long, default_value_t = 600, value_name = "SECONDS", hide_short_help = true)]
     pub(in crate::cli) wait: u64,
-    /// Where devices stand under their own names
+    /// Folder of links to devices by serial number
     #[arg(help_heading = PRINTING, long, default_value = "/dev/serial/by-id", value_name = "DIR", hide = true)]
     pub(in crate::cli) devices: PathBuf,
 }
@@ -165,13 +165,13 @@ pub(in crate::cli) struct Simulate {
     /// Speed of the heaters, as a multiple of real ones
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     pub(in crate::cli) heat: f64,
-    /// Inject a fault: NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; may be repeated
+    /// Inject a fault: NAME@LINE, NAME:PROBABILITY or random:PROBABILITY (0 to 1); may be repeated
     #[arg(long, value_name = "FAULT")]
     pub(in crate::cli) fault: Vec<String>,
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc
+    /// Imitate a peculiarity of some printers: advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
     /// Baud rate of the simulated wire [default: no limit]

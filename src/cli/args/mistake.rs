@@ -14,8 +14,8 @@ use crate::publish::BadInput;
 const REFUSED: [(&str, &str); 4] = [
     ("invalid float literal", "not a number"),
     ("cannot parse float from empty string", "not a number"),
-    ("invalid digit found in string", "not a whole number"),
-    ("cannot parse integer from empty string", "not a whole number"),
+    ("invalid digit found in string", "not a whole number of at least 0"),
+    ("cannot parse integer from empty string", "not a whole number of at least 0"),
 ];
 
 /// A flag that bars a group of others is told with those that were given, not with the whole group.

@@ -52,7 +52,7 @@ pub(in crate::cli) struct Args {
 }
 
 const AFTER_HELP: &str = "\
-Lengths are millimetres, angles degrees, speeds as each profile key says.
+Lengths are in millimetres, angles in degrees, speeds in the unit that each profile key names.
 
 The usual way:
   trunnion prepare model.stl -m generic-ac -o model.gcode
@@ -62,7 +62,7 @@ From inside a slicer's window:
   post-processing script:  trunnion rewrite --in-place --plan /path/plan.json
 
 Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or bad input;
-3 the slicer failed; 4 printer or wire; 130 interrupted.";
+3 the slicer failed; 4 printer or connection; 130 interrupted.";
 
 #[derive(Subcommand)]
 pub(in crate::cli) enum Verb {
@@ -78,7 +78,7 @@ pub(in crate::cli) enum Verb {
     Split(Split),
     /// Plan supports with the least material, and write them as a mesh
     Support(Support),
-    /// Pack models or boxes into the fewest runs, or the most value into one
+    /// Pack models or boxes into the fewest print runs, or the most valuable ones into one run
     Pack(Pack),
     /// Find orientations and a sequence of time slots, or explain why there is none
     Plan(Plan),
@@ -123,7 +123,7 @@ pub(in crate::cli) struct ReadArgs {
     /// [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]
     #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide_short_help = true)]
     pub(in crate::cli) no_repair: bool,
-    /// The same as without it
+    /// Repair meshes (the default)
     #[arg(help_heading = MODEL, long, hide = true)]
     pub(in crate::cli) repair: bool,
 }
@@ -178,7 +178,7 @@ pub(in crate::cli) struct PassArgs {
     /// Largest unsupported patch, for example in engraved text; verification still limits each line to --bridge
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2", hide_short_help = true)]
     pub(in crate::cli) tolerate: f64,
-    /// practised: small droops are allowed; fine: none are [default: practised]
+    /// Quality of overhangs: practised (small droops allowed) or fine (no droops) [default: practised]
     #[arg(help_heading = PLANNING, long, value_name = "HOW", hide_short_help = true)]
     pub(in crate::cli) finish: Option<Finish>,
 }
@@ -272,10 +272,10 @@ pub(in crate::cli) struct BedArgs {
 /// A plan and what it was made for.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct PlanRef {
-    /// The model, if it is no longer where the plan says
+    /// Path of the model, if it has moved since the plan was written
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) model: Option<PathBuf>,
-    /// The profile, if it is no longer where the plan says
+    /// Path or name of the profile, if it has moved since the plan was written
     #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
     pub(in crate::cli) profile: Option<String>,
 }

@@ -56,9 +56,9 @@ pub(in crate::cli) struct Prepare {
     /// Hashes of all that was checked, with plan and machine, so that others can check the file.
     #[arg(long, value_name = "CERT.json", help_heading = OUTPUT, hide_short_help = true)]
     pub(in crate::cli) certificate: Option<PathBuf>,
-    /// as-drawn, turned, supports, cut or auto
+    /// How to print: auto, as-drawn, turned, supports, cut
     ///
-    /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: on supports, as turned
+    /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: another side down, on supports
     #[arg(long, value_name = "WAY", help_heading = PLANNING, hide_possible_values = true, value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
     pub(in crate::cli) way: String,
     /// Cut solids that have no plan as drawn; the parts are written to OUT.parts.3mf
@@ -118,7 +118,7 @@ pub(in crate::cli) struct Plan {
     pub(in crate::cli) arrange: ArrangeArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// The plan file
+    /// Output plan file (JSON)
     #[arg(short, long, value_name = "PLAN.json", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
     /// Write the plan as one picture, a frame for each pose
@@ -146,7 +146,7 @@ pub(in crate::cli) struct Plan {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Slice {
-    /// The plan
+    /// Plan file, as written by `trunnion plan -o`
     pub(in crate::cli) plan: PathBuf,
     /// Folder for the meshes, the project and the sliced files
     #[arg(short, long, value_name = "DIR")]
@@ -167,7 +167,7 @@ pub(in crate::cli) struct Rewrite {
     /// Sliced files, each with one print (identified by its object label, its name print-NN.., or --print) or with several printed one after the other
     #[arg(required = true)]
     pub(in crate::cli) files: Vec<PathBuf>,
-    /// The plan
+    /// Plan of the sliced files
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: PathBuf,
     /// Output G-code
@@ -213,10 +213,10 @@ pub(in crate::cli) struct Preview {
     /// Show two side by side: plans, or finished files with their plans as OUT.gcode=PLAN.json
     #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan", "ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) compare: Vec<String>,
-    /// The page
+    /// Output file, one HTML page
     #[arg(short, long, value_name = "VIEW.html")]
     pub(in crate::cli) output: PathBuf,
-    /// Open it in the browser
+    /// Open the page in the browser
     #[arg(long)]
     pub(in crate::cli) open: bool,
     #[command(flatten)]

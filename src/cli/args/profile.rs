@@ -52,7 +52,7 @@ pub(in crate::cli) struct Import {
     /// Name of the new profile [default: as -o, else as the first file]
     #[arg(long)]
     pub(in crate::cli) name: Option<String>,
-    /// The profile that it is like [default: a shipped one of the same firmware]
+    /// Similar profile that gives all other values [default: a shipped one of the same firmware]
     #[arg(long, value_name = "PROFILE")]
     pub(in crate::cli) like: Option<String>,
     #[command(flatten)]
@@ -68,7 +68,7 @@ pub(in crate::cli) struct Answers {
     /// A TOML file of answers
     #[arg(long, value_name = "FILE.toml")]
     pub(in crate::cli) answers: Option<PathBuf>,
-    /// Keep the other profile's value for whatever is not answered
+    /// Keep the value of the --like profile for every key that is not answered
     #[arg(long)]
     pub(in crate::cli) keep_rest: bool,
     /// Output file [default: NAME.toml in $XDG_CONFIG_HOME/trunnion/profiles]

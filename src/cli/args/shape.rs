@@ -10,7 +10,7 @@ use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Explain {
-    /// A code, for example mesh/open
+    /// Code of an error or a finding, for example mesh/open
     #[arg(value_name = "CODE")]
     pub(in crate::cli) code: String,
 }
@@ -25,13 +25,13 @@ pub(in crate::cli) struct Inspect {
 pub(in crate::cli) struct Orient {
     #[command(flatten)]
     pub(in crate::cli) model: ModelArgs,
-    /// printable (grams and minutes of a stable pose, with reasons), staircase, support-area, height, overhang-angle,
+    /// What to minimise: printable (grams and minutes of a stable pose, with reasons), staircase, support-area, height, overhang-angle,
     /// normal-z, weighted-normal-z, tanh-overhang,
     /// support-volume-convex, support-volume-convex-smooth, support-volume, support-volume-column, interface-area,
     /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height, weights of either sign; may be given several times
     #[arg(long, default_value = PRINTABLE, value_name = "NAME", allow_hyphen_values = true)]
     pub(in crate::cli) objective: Vec<String>,
-    /// certified (best value and a lower bound), mmls (all minima), multistart, bfgs, cg, newton-cg, nelder-mead,
+    /// Search method: certified (best value and a lower bound), mmls (all minima), multistart, bfgs, cg, newton-cg, nelder-mead,
     /// direct, differential-evolution or grid
     #[arg(long, default_value = "certified")]
     pub(in crate::cli) method: String,
@@ -139,10 +139,10 @@ pub(in crate::cli) struct Pack {
     /// Refuse open meshes, and repair nothing [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]
     #[arg(long, conflicts_with = "repair")]
     pub(in crate::cli) no_repair: bool,
-    /// The same as without it
+    /// Repair meshes (the default)
     #[arg(long, hide = true)]
     pub(in crate::cli) repair: bool,
-    /// The space of each run
+    /// Build space of each run
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) space: Option<ThreeNumbers>,
     /// The machine on whose table models stand side by side: a shipped profile's name, or a TOML file
@@ -154,16 +154,16 @@ pub(in crate::cli) struct Pack {
     /// A picture of all runs
     #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(in crate::cli) view: Option<PathBuf>,
-    /// Least distance between two pieces [default: 1 for models, 0 for boxes, on a table as far as the head reaches sideways]
+    /// Minimum distance between two objects [default: 1 for models, 0 for boxes, on a table as far as the head reaches sideways]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) gap: Option<f64>,
-    /// none, z90 (quarter turns about Z), z (any angle about Z) or any
+    /// Allowed rotations: none, z90 (quarter turns about Z), z (any angle about Z) or any
     #[arg(long, default_value_t = PackOptions::default().turn)]
     pub(in crate::cli) turn: String,
     /// Fill one run with the most value instead of using few runs: volume, file (values of --boxes), or a value for each model
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(in crate::cli) fill: Option<String>,
-    /// auto, ip, ip-local-search or tabu; for models also coverings and anneal
+    /// Packing method: auto, ip (integer program), ip-local-search or tabu; for models also coverings and anneal
     #[arg(long, default_value_t = PackOptions::default().method)]
     pub(in crate::cli) method: String,
     /// Time limit [default: a step limit, the same on every machine]
@@ -208,10 +208,10 @@ pub(in crate::cli) struct Support {
     /// Maximum number of columns through one node [default: as many as its arcs carry]
     #[arg(long, value_name = "N")]
     pub(in crate::cli) node_capacity: Option<u16>,
-    /// auto (least material), min-cost (straightest, exact), push-relabel (fastest) or shortest-paths
+    /// Routing method: auto (least material), min-cost (straightest, exact), push-relabel (fastest) or shortest-paths
     #[arg(long, default_value_t = SupportOptions::default().method)]
     pub(in crate::cli) method: String,
-    /// x (two crossed sheets), prism (solid squares) or tree (round rods)
+    /// Shape of the columns: x (two crossed sheets), prism (solid squares) or tree (round rods)
     #[arg(long, default_value_t = SupportOptions::default().structure)]
     pub(in crate::cli) structure: String,
     /// Thickness of a sheet; the thinnest rod is twice as thick [default: 0.4, or half a step if that is less]
