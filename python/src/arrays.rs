@@ -20,7 +20,7 @@ pub(crate) fn encode<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let refused = |text| Trouble::input(text).raised(py);
     if meshes.is_empty() {
-        return Err(refused("no meshes: give one at least".to_owned()));
+        return Err(refused("no meshes; give at least one".to_owned()));
     }
     let mut made: Vec<(String, TriangleMesh)> = Vec::new();
     for (name, vertices, facets) in &meshes {
@@ -37,9 +37,9 @@ pub(crate) fn encode<'py>(
 fn shaped(name: &str, what: &str, shape: [usize; 2]) -> Result<(), Sentence> {
     match shape {
         [_, columns] if columns != 3 => {
-            Err(format!("{name}: {what} of shape {} x {columns}; three columns are wanted, as n x 3", shape[0]))
+            Err(format!("{name}: {what} must have 3 columns (n x 3), got shape {} x {columns}", shape[0]))
         }
-        [0, _] => Err(format!("{name}: {what} are empty; give one row at least")),
+        [0, _] => Err(format!("{name}: {what} are empty; give at least one row")),
         _ => Ok(()),
     }
 }
@@ -60,7 +60,7 @@ fn mesh(name: &str, vertices: &ArrayView2<'_, f64>, facets: &ArrayView2<'_, i64>
         for (corner, &given) in facet.iter_mut().zip(row) {
             let inside = usize::try_from(given).ok().filter(|given| *given < points.len());
             *corner = inside.and_then(|given| u32::try_from(given).ok()).ok_or_else(|| {
-                format!("{name}: facet {index} names vertex {given}; there are 0..{}", points.len() - 1)
+                format!("{name}: facet {index} refers to vertex {given}; the vertices are 0..{}", points.len() - 1)
             })?;
         }
         corners.push(facet);

@@ -60,7 +60,7 @@ impl<'py> Given<'py> {
     }
 
     pub(crate) fn count(&self, name: &str) -> PyResult<Option<usize>> {
-        self.of(name, "a whole number from 0 on", |value| value.extract().ok())
+        self.of(name, "a whole number of at least 0", |value| value.extract().ok())
     }
 
     pub(crate) fn flag(&self, name: &str) -> PyResult<bool> {
@@ -68,11 +68,11 @@ impl<'py> Given<'py> {
     }
 
     pub(crate) fn text(&self, name: &str) -> PyResult<Option<String>> {
-        self.of(name, "a text", |value| value.extract().ok())
+        self.of(name, "a string", |value| value.extract().ok())
     }
 
     pub(crate) fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
-        self.of(name, "a list of texts", |value| value.extract().ok())
+        self.of(name, "a list of strings", |value| value.extract().ok())
     }
 
     pub(crate) fn path(&self, name: &str) -> PyResult<Option<PathBuf>> {

@@ -146,7 +146,9 @@ pub(crate) fn run<T: Send + 'static>(
             Ok(Event::Done(done)) => return ended(py, done),
             Ok(Event::Told(words)) => told.call1(words).and_then(|_| py.check_signals()).map(|()| true),
             Err(RecvTimeoutError::Timeout) => py.check_signals().map(|()| false),
-            Err(RecvTimeoutError::Disconnected) => Err(PyRuntimeError::new_err("the job's thread has gone")),
+            Err(RecvTimeoutError::Disconnected) => {
+                Err(PyRuntimeError::new_err("the job's thread ended without a result"))
+            }
         };
         match answered {
             // A job that has gone meanwhile says so itself.
@@ -182,7 +184,7 @@ fn wait<T>(arriving: &Receiver<Event<T>>) {
 fn ended<T>(py: Python<'_>, done: Result<Result<T, Trouble>, Box<dyn Any + Send>>) -> PyResult<T> {
     let panicked = |payload: Box<dyn Any + Send>| {
         let text = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
-        PyRuntimeError::new_err(format!("trunnion has a fault; please report it: {}", text.unwrap_or("no words")))
+        PyRuntimeError::new_err(format!("trunnion has a bug; report it: {}", text.unwrap_or("no words")))
     };
     done.map_err(panicked)?.map_err(|trouble| trouble.raised(py))
 }

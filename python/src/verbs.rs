@@ -135,8 +135,9 @@ fn standing(given: &Given<'_>) -> PyResult<PoseChoice> {
 
 fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> {
     let usual = Arrangement::default();
-    let beside: Vec<(Named, usize)> =
-        given.of("beside", "a list of models with their copies", |all| all.extract().ok())?.unwrap_or_default();
+    let beside: Vec<(Named, usize)> = given
+        .of("beside", "a list of pairs of model and number of copies", |all| all.extract().ok())?
+        .unwrap_or_default();
     let beside = beside.into_iter().map(|(model, count)| Ok((given.model(model)?, count)));
     Ok(Arrangement {
         snap_mm: given.number("snap_mm")?.unwrap_or(usual.snap_mm),
@@ -154,7 +155,7 @@ fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
     let (origin_mm, turn_deg) = (given.vector("origin_mm")?, given.number("turn_deg")?);
     let placed = origin_mm.is_some() || turn_deg.is_some();
     let allow: Vec<(usize, Option<f64>)> =
-        given.of("allow", "parts with their mm2", |all| all.extract().ok())?.unwrap_or_default();
+        given.of("allow", "a list of pairs of part and mm2", |all| all.extract().ok())?.unwrap_or_default();
     Ok(PlanOptions {
         objective: given.text("objective")?.unwrap_or(usual.objective),
         orient_by: given.text("orient_by")?,
@@ -197,7 +198,10 @@ fn slicing(given: &Given<'_>) -> PyResult<SlicingOptions> {
 
 fn seconds<'a>(given: &'a Given<'_>) -> impl FnOnce(f64) -> PyResult<Duration> + 'a {
     |seconds| {
-        let refused = |_| Trouble::input(format!("slicer_timeout_s {seconds} is no time")).raised(given.0.py());
+        let refused = |_| {
+            Trouble::input(format!("slicer_timeout_s must be a number of seconds of at least 0, got {seconds}"))
+                .raised(given.0.py())
+        };
         Duration::try_from_secs_f64(seconds).map_err(refused)
     }
 }
@@ -215,7 +219,7 @@ fn keep_parts(
 ) -> Result<(), FileError> {
     made.push(("parts", bytes.to_vec()));
     let Some(path) = path else { return Ok(()) };
-    let what = "an input, and would be written anew";
+    let what = "an input, and would be overwritten";
     file.ok_or_else(|| FileError::Twice { path: path.to_owned(), what })?.write(bytes)
 }
 
@@ -280,7 +284,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
     let given = &call.given;
     let usual = SplitOptions::default();
     let no_cut: Vec<[[f64; 3]; 2]> =
-        given.of("no_cut", "a list of boxes of two corners", |all| all.extract().ok())?.unwrap_or_default();
+        given.of("no_cut", "a list of boxes, each of two corners", |all| all.extract().ok())?.unwrap_or_default();
     let options = SplitOptions {
         overhang_deg: given.number("overhang_deg")?,
         finish: [Finish::Practised, Finish::Fine][given.word("finish", &["practised", "fine"])?],
