@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use super::planned;
-use crate::gcode::marks::Role;
 use crate::gcode::round_to;
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::job::{MOST_LOOKED_AT, PoseShown, PreviewResult};
@@ -134,7 +133,7 @@ fn pose(of: &PoseShown) -> Value {
 }
 
 fn program(program: &DrawnProgram, of: &PreviewResult) -> Value {
-    let style = |s: &view::Style| json!([s.print, role(s.role), s.width_mm, s.height_mm, s.share]);
+    let style = |s: &view::Style| json!([s.print, s.role.name(), s.width_mm, s.height_mm, s.share]);
     json!({
         "moves": program.moves,
         "lines": program.lines,
@@ -169,21 +168,4 @@ fn place(place: &DrawnPose) -> Value {
         "tilt": state.tilt.map(|a| a.rad()), "rotation": state.rotation.map(|a| a.rad()), "slot": state.slot, "zone": zone,
         "nozzle_c": state.nozzle_c, "motion": place.motion.as_ref().map(motion),
     })
-}
-
-/// In the words of a legend.
-fn role(role: Role) -> &'static str {
-    match role {
-        Role::Unknown => "not stated",
-        Role::OuterWall => "outer wall",
-        Role::InnerWall => "inner wall",
-        Role::Overhang => "overhanging wall",
-        Role::Infill => "infill",
-        Role::Solid => "solid infill",
-        Role::Bridge => "bridge",
-        Role::Gap => "gap",
-        Role::Ironing => "ironing",
-        Role::Support => "support",
-        Role::Adhesion => "skirt and brim",
-    }
 }

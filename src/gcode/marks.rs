@@ -295,6 +295,25 @@ pub enum Role {
     Adhesion,
 }
 
+impl Role {
+    /// Its name in a sentence or a legend.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "not stated",
+            Self::OuterWall => "outer wall",
+            Self::InnerWall => "inner wall",
+            Self::Overhang => "overhanging wall",
+            Self::Infill => "infill",
+            Self::Solid => "solid infill",
+            Self::Bridge => "bridge",
+            Self::Gap => "gap",
+            Self::Ironing => "ironing",
+            Self::Support => "support",
+            Self::Adhesion => "skirt and brim",
+        }
+    }
+}
+
 /// What a slicer's comment says of the lines that follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hint {

@@ -70,8 +70,9 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     }
     for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
         findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
+            let kind = if *role == Role::Unknown { "unnamed" } else { role.name() };
             format!(
-                "{role:?} lines of part {part} use {ratio:.3} times the filament that their volume needs (allowed {:.2} to {:.2})",
+                "{kind} lines of part {part} use {ratio:.3} times the filament that their volume needs (allowed {:.2} to {:.2})",
                 1.0 - ONE_ROLE,
                 1.0 + ONE_ROLE
             )

@@ -187,7 +187,7 @@ impl<'a> Checker<'a> {
         if wanted != Some(part) {
             self.say(Rule::Sequence, [part as f64, wanted.map_or(-1.0, |p| p as f64)], || match wanted {
                 Some(wanted) => {
-                    format!("the \";TRUNNION print={print}\" comment has part {part}; in the plan it is part {wanted}")
+                    format!("a \";TRUNNION\" comment gives print {print} part {part}; in the plan it is part {wanted}")
                 }
                 None => format!("print {print} is not in the plan"),
             });

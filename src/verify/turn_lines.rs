@@ -76,5 +76,5 @@ fn are(own: &[&str], lines: &[(u32, &str)]) -> bool {
 }
 
 fn missing(key: &str, place: &str, own: &[&str]) -> String {
-    format!("the [transition] {key} commands ({}) are missing {place}", own.join(", "))
+    format!("the commands {place} must be those of [transition] {key} ({})", own.join(", "))
 }
