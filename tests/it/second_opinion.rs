@@ -1,4 +1,4 @@
-//! `examples/second_opinion.rs`, a reader of finished programs that shares no code with the library: it agrees with every file that is certified, and
+//! `examples/second_opinion/`, a reader of finished programs that shares no code with the library: it agrees with every file that is certified, and
 //! whatever it finds in a damaged one, `verify` finds too.
 
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use crate::pipeline::{fixture, prepare};
 use crate::support::{Numbers, folder, installed, note, seeds, skip};
 
 #[allow(dead_code, unreachable_pub)]
-#[path = "../../examples/second_opinion.rs"]
+#[path = "../../examples/second_opinion/main.rs"]
 mod example;
 
 /// What is not of the program alone: its hash, and figures that a certificate states.

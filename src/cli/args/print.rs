@@ -196,7 +196,7 @@ pub(in crate::cli) struct Verify {
     pub(in crate::cli) plan_ref: PlanRef,
     /// Write a certificate: hashes of all that was checked, with plan and machine
     ///
-    /// Written only if verification finds nothing. Others can check the file with it: see examples/second_opinion.rs.
+    /// Written only if verification finds nothing. Others can check the file with it: see examples/second_opinion/.
     #[arg(long, value_name = "CERT.json", help_heading = OUTPUT)]
     pub(in crate::cli) certificate: Option<PathBuf>,
 }
