@@ -267,7 +267,8 @@ impl Reader<'_> {
         let (words, axes) = (|| code.split_whitespace().skip(1), &self.machine.axes);
         let value = |key: &str| words().find_map(|word| word.strip_prefix(key));
         let plain = words().all(|w| ["STEPPER=", "MOVE=", "SPEED="].iter().any(|key| w.starts_with(key)));
-        let [to, speed] = ["MOVE=", "SPEED="].map(|key| value(key).and_then(|value| value.parse::<f64>().ok()));
+        let [to, speed] = ["MOVE=", "SPEED="]
+            .map(|key| value(key).and_then(|value| value.parse().ok().filter(|n: &f64| n.is_finite())));
         let axis = value("STEPPER=").and_then(|name| axes.iter().position(|a| a.stepper.as_deref() == Some(name)));
         let (true, Some(to), Some(speed), Some(axis)) = (plain, to, speed, axis) else {
             return self.strange(format!("{code} is not understood"));

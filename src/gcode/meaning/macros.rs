@@ -138,6 +138,6 @@ fn heat(text: &str, heater: &str, target: &str, waits: bool) -> Effect {
         Some("CHAMBER") => Heater::Chamber,
         _ => return Effect::Hazard(Hazard::Unknown),
     };
-    let target_c = value(target).map_or(Some(0.0), |v| v.parse().ok());
+    let target_c = value(target).map_or(Some(0.0), |v| v.parse().ok().filter(|target: &f64| target.is_finite()));
     Effect::Heat { heater, target_c, waits }
 }
