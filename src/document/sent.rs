@@ -27,7 +27,7 @@ pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, S
         Sending::Note(text) => (Tone::Note, (*text).to_owned()),
         Sending::Progress(figures) => (Tone::Status, status(figures, at)),
         Sending::Pausing { waits_for } => {
-            let waits = |what: &str| format!("{what}, which the printer waits for");
+            let waits = |what: &str| format!("the printer has finished waiting for {what}");
             let first = waits_for.map_or("moves in progress".to_owned(), waits);
             let stop = print.map_or("Ctrl-C again is an emergency stop".to_owned(), |print| {
                 format!("emergency stop: s {} (this print), Ctrl-C twice (all prints)", print + 1)
@@ -194,10 +194,10 @@ mod tests {
 
     #[test]
     fn what_is_waited_for_and_its_figures_come_first() {
-        let [bed, nozzle, none] = [Some("the bed temperature"), Some("the nozzle temperature"), None].map(shown);
+        let [bed, nozzle, none] = [Some("bed heating"), Some("nozzle heating"), None].map(shown);
         let (rest, layer) = ("37 min left, layer 12 of 80, slot 2 of 4", "24/210 C");
-        assert_eq!(bed, format!("42 %, waits for the bed temperature, bed 45/60, {rest}, {layer}"));
-        assert_eq!(nozzle, format!("42 %, waits for the nozzle temperature, {layer}, {rest}, bed 45/60"));
+        assert_eq!(bed, format!("42 %, waits for bed heating, bed 45/60, {rest}, {layer}"));
+        assert_eq!(nozzle, format!("42 %, waits for nozzle heating, {layer}, {rest}, bed 45/60"));
         assert_eq!(none, format!("42 %, {rest}, {layer}, bed 45/60"));
     }
 }

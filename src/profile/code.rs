@@ -283,7 +283,7 @@ mod tests {
             );
         }
         assert_eq!(with("start", "G92 A0 C0\nG28 X Y Z\nM109 S{nozzle_c}"), "");
-        assert!(with("start", "G92 A0 C5\nG28\nM109 S{nozzle_c}").contains("set level with both axes"));
+        assert!(with("start", "G92 A0 C5\nG28\nM109 S{nozzle_c}").contains("both axes with their level values"));
         assert!(with("end", "G91\nG1 Z10 Q3").contains("dialect.end"));
         let klipper = |start: &str| {
             checked(&format!(

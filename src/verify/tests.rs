@@ -414,7 +414,7 @@ fn head_collision() {
     );
     let report = breaks(&text, &[Rule::HeadCollision]);
     assert!(report.findings[0].measured > 3.0, "{:?}", report.findings[0]);
-    assert!(report.findings[0].text.starts_with("nozzle"));
+    assert!(report.findings[0].text.starts_with("the nozzle"));
     // Beside the post, low: the nozzle is free, the block is not.
     let text = changed(
         "G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1",

@@ -100,7 +100,7 @@ fn a_prime_line_on_the_table_is_printed_and_what_is_wrong_with_one_is_found() {
     for (from, to, words) in [
         ("G1 A0 C0 F1200", "G1 A0.01 C0 F1200", "at a tilt of 0.010 deg"),
         ("G1 A0 C0 F1200", "G1 C0 F1200", "pose is unknown"),
-        ("G1 Z0.3 F900", "G28 X\nG1 Z0.3 F900", "place"),
+        ("G1 Z0.3 F900", "G28 X\nG1 Z0.3 F900", "position"),
     ] {
         let found = findings(&changed, &plan, &text.replacen(from, to, 1));
         assert!(found.iter().any(|f| f.contains(words)), "{to}: {found:?}");

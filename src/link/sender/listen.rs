@@ -302,10 +302,10 @@ impl Sender {
         let mut line = ParsedLine::default();
         line.read(purpose.text(&self.program)).ok()?;
         match effect(self.traits().firmware, &line) {
-            Effect::Heat { heater: Heater::Bed, waits: true, .. } => Some("the bed temperature"),
-            Effect::Heat { heater: Heater::Chamber, waits: true, .. } => Some("the chamber temperature"),
-            Effect::Heat { waits: true, .. } => Some("the nozzle temperature"),
-            Effect::HeatWait => Some("the temperatures"),
+            Effect::Heat { heater: Heater::Bed, waits: true, .. } => Some("bed heating"),
+            Effect::Heat { heater: Heater::Chamber, waits: true, .. } => Some("chamber heating"),
+            Effect::Heat { waits: true, .. } => Some("nozzle heating"),
+            Effect::HeatWait => Some("heating"),
             Effect::Home => Some("homing"),
             Effect::Hazard(Hazard::Person) => Some("a person"),
             Effect::Dwell(_) => Some("the end of a dwell"),

@@ -115,7 +115,7 @@ fn a_brim_ends_halfway_to_the_next_part_and_at_the_rim_and_that_is_told() {
     let plate = solids::block(130.0, 130.0, 1.0).at(-65.0, -65.0, 0.0);
     let (done, text) = prepared(folder.path(), "brim_mm = 8.0\nskirt_loops = 1\n", &plate, "builtin", &[]);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert!(states(&warnings(&done).join("\n"), "6.08 mm | 8 mm | process.brim_mm | rim"));
+    assert!(states(&warnings(&done).join("\n"), "6.08 mm | 8 mm | process.brim_mm | edge"));
     let [_, farthest] = beyond(&laid_around(&text), -65.0, 65.0);
     assert!((5.3..5.86).contains(&farthest), "{farthest}");
 }

@@ -53,7 +53,7 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
     let mut host = send(Path::new("part.gcode"), &machine, &link);
     let (mut host, mut keys, screen) = connected(host.current_dir(dir.path()), 80);
     // Start.
-    shows(&screen, "# %, waits for the bed temperature, bed #/#, # min left, layer # of #, #/# C");
+    shows(&screen, "# %, waits for bed heating, bed #/#, # min left, layer # of #, #/# C");
     // Middle.
     shows(&screen, "# %, # min left, layer # of #, #/# C, bed #/#");
     // Pause, once it waits for no heat.
@@ -86,7 +86,7 @@ fn a_narrow_terminal_has_the_beginning_of_a_status_in_one_line() {
     let (machine, part, link) = (profile(dir.path()), heated(dir.path(), 900), dir.path().join("tty"));
     let _printer = slow_printer(&link, &machine, &["--speed", "12"]);
     let (mut host, _keys, screen) = connected(&mut send(&part, &machine, &link), 40);
-    shows(&screen, "# %, waits for the bed temperature");
+    shows(&screen, "# %, waits for bed heating");
     shows(&screen, "# %, # min left, layer # of #");
     says(&screen, "the print is complete: # lines, # resend requests");
     assert!(host.0.wait().unwrap().success());
@@ -121,8 +121,8 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
             ended_with(&screen, &[golden.clone(), golden]);
         };
         // Start.
-        let narrow = "# %, waits for the bed temperature";
-        both_say("# %, waits for the bed temperature, bed #/#, # min left, layer # of #", narrow);
+        let narrow = "# %, waits for bed heating";
+        both_say("# %, waits for bed heating, bed #/#, # min left, layer # of #", narrow);
         // Middle.
         both_say("# %, # min left, layer # of #, #/# C, bed #/#", "# %, # min left, layer # of #");
         // What was typed wrongly is told above, and moves nothing; one is asked to pause while the other goes on.
@@ -216,9 +216,9 @@ fn a_pause_in_front_of_heat_says_that_it_waits_for_it() {
     let _printer = Running(printer.stderr(Stdio::null()).spawn().unwrap());
     wait_for("the link", || link.exists());
     let (host, _keys, screen) = at_a_terminal(&part, &machine, &link);
-    shows(&screen, "# %, waits for the bed temperature, bed #/#, # min left, line # of #, #/# C");
+    shows(&screen, "# %, waits for bed heating, bed #/#, # min left, line # of #, #/# C");
     interrupt(&host.0);
-    shows(&screen, "pausing after the bed temperature, which the printer waits for; Ctrl-C again is an emergency stop");
+    shows(&screen, "pausing after the printer has finished waiting for bed heating; Ctrl-C again is an emergency stop");
 }
 
 #[test]
