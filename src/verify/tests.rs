@@ -422,7 +422,7 @@ fn head_collision() {
         "G1 E-2 F2100\nG1 Z62 F900\nG1 X30 F6000\nG1 Z30 F900\nG1 X13.5 F6000\nG1 X30\nG1 Z130 F900\n;TRUNNION slot=1",
     );
     let report = breaks(&text, &[Rule::HeadCollision]);
-    assert!(report.findings[0].text.starts_with("block"), "{:?}", report.findings[0]);
+    assert!(report.findings[0].text.starts_with("the block"), "{:?}", report.findings[0]);
     assert!((1.5..2.0).contains(&report.findings[0].measured), "{:?}", report.findings[0]);
 }
 
