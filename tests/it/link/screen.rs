@@ -86,7 +86,7 @@ fn a_narrow_terminal_has_the_beginning_of_a_status_in_one_line() {
     let (machine, part, link) = (profile(dir.path()), heated(dir.path(), 900), dir.path().join("tty"));
     let _printer = slow_printer(&link, &machine, &["--speed", "12"]);
     let (mut host, _keys, screen) = connected(&mut send(&part, &machine, &link), 40);
-    shows(&screen, "# %, waits for bed heating");
+    shows(&screen, "# %, waits for bed heating, bed #/#");
     shows(&screen, "# %, # min left, layer # of #");
     says(&screen, "the print is complete: # lines, # resend requests");
     assert!(host.0.wait().unwrap().success());
