@@ -445,7 +445,7 @@ class Arrays(Folder):
             ((vertices, low), "part: facet 3 refers to vertex -1; the vertices are 0..7"),
             ((vertices, huge), "facets name vertex 9223372036854775808"),
             ((vertices[:, :2], facets), "part: vertices must have 3 columns (n x 3), got shape 8 x 2"),
-            ((vertices, facets[:, :2]), "facets of shape 12 x 2"),
+            ((vertices, facets[:, :2]), "facets must have 3 columns (n x 3), got shape 12 x 2"),
             ((vertices.ravel(), facets), "vertices have 1 dimensions"),
             ((vertices[None], facets), "vertices have 3 dimensions"),
             ((vertices[:0], facets), "part: vertices are empty"),

@@ -11,7 +11,7 @@ use trunnion::verify::{ReplayJob, verify};
 use crate::pipeline::{fixture, prepare};
 use crate::support::{Numbers, folder, installed, note, seeds, skip};
 
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code)]
 #[path = "../../examples/second_opinion/main.rs"]
 mod example;
 
