@@ -118,7 +118,9 @@ pub fn calibrated(result: &CalibrateResult) -> String {
             let (mm, error) = (sag.mm.abs(), sag.error_mm);
             writeln!(out, "the table's rim is {mm:.3} mm (+- {error:.3}) {side} than its middle")
         }
-        None => writeln!(out, "whether the table sags is unknown: no touch near its middle"),
+        None => {
+            writeln!(out, "whether the table sags is unknown: the touches do not tell; add touches near its middle")
+        }
     };
     for (name, [x, y, z]) in &fit.places {
         let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
@@ -164,5 +166,7 @@ pub fn cold(run: &DryRun) -> String {
         lines => format!("; omitted start-code lines: {}", lines.join(", ")),
     };
     let (poses, places) = (counted(run.poses.len(), "pose"), counted(places, "place"));
-    format!("dry run: {poses} with a stop at each, {places} approached to 20 mm above{left_out}")
+    format!(
+        "dry run: {poses} with a stop at each; the tip goes to 20 mm above {places}, or less where Z ends{left_out}"
+    )
 }

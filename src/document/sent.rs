@@ -47,9 +47,10 @@ pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, S
             (Tone::Warning, format!("{journal}: no disk space left for the journal; pausing"))
         }
         Sending::StillShort => (Tone::Warning, "there is still no disk space for the journal".to_owned()),
-        Sending::Full { journal } => {
-            (Tone::Warning, format!("{journal}: cannot be written; sending continues when it can"))
-        }
+        Sending::Full { journal } => (
+            Tone::Warning,
+            format!("{journal}: the journal cannot be written, so sending waits until it can; check the disk"),
+        ),
         Sending::Lost { why, wait } => {
             let wait = wait.as_secs();
             (Tone::Warning, format!("connection lost ({why}); waiting up to {wait} s for the same device"))

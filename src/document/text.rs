@@ -138,10 +138,7 @@ fn bonds(report: &Report) -> Option<String> {
 /// A setting of which the file states less than the profile has, in a sentence.
 fn stated(StatedSetting { setting, file, profile, parts }: &StatedSetting) -> String {
     let which = if parts.len() == 1 { "part" } else { "parts" };
-    format!(
-        "{which} {}: the file states {setting} = {file} (profile: {profile}) and is checked against that",
-        list(parts)
-    )
+    format!("{which} {}: checked with {setting} = {file}, as the file states (profile: {profile})", list(parts))
 }
 
 /// What the table has to do, in a sentence; `None` where it never turns between lines.

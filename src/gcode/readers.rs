@@ -61,10 +61,10 @@ pub enum Misreading {
     #[error("executes {0} commands in its own order; write each on its own line")]
     Several(usize),
     /// `E1:2` in a move.
-    #[error("reads a list of numbers as several motors; write one number")]
+    #[error("does not read a list such as E1:2 as one number; write one number")]
     List,
     /// `G3 .. P1`.
-    #[error("makes full circles before an arc with a P word, or ignores it; write the circles out")]
+    #[error("may ignore the P word of an arc, or make full circles first; remove P and write the circles out")]
     Circles,
     /// A carriage return in the middle.
     #[error("may end the line at a carriage return; remove it")]

@@ -200,8 +200,8 @@ pub enum Fault {
     },
     /// A 3MF that unpacks to an implausible size.
     #[error(
-        "{packed} bytes unpack to more than {} MiB (200 times their size, within 64 to 4096 MiB), or hold a tag or text of more than 16 MiB; save \
-         it again in the program that made it",
+        "the file unpacks to more than {} MiB (from {packed} bytes), or holds a tag or text of more than 16 MiB; save it again in the program that \
+         made it",
         allowed >> 20
     )]
     Unpacked {

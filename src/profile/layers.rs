@@ -97,7 +97,7 @@ pub enum ProfileError {
         message: String,
     },
     /// A key that no version knows.
-    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; firmware-profiles/defaults.toml describes all keys".to_owned(), |n| format!("; the nearest is {n:?}")))]
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac lists the keys in use".to_owned(), |n| format!("; the nearest is {n:?}")))]
     UnknownKey {
         /// `file:line`.
         place: String,

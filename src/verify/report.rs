@@ -45,7 +45,7 @@ pub enum Rule {
     LayerHeight,
     /// Each print lies where its part is: not moved, turned, scaled.
     Registration,
-    /// Every layer of every part is there, and the machine's own end.
+    /// Every layer of every part is in the file, and so is the profile's end code.
     Complete,
     /// Retracted filament is primed again before printing continues.
     Retract,
@@ -109,7 +109,7 @@ pub struct Report {
     pub table: TableUse,
     /// Where printing goes on with an outer wall after a turn: a blob shows there. In the file's order, the first [`WALL_STARTS`].
     pub wall_starts: Vec<WallStart>,
-    /// Settings of which the file states less than the profile has: what is missing by them is no finding.
+    /// Settings of which the file states less than the profile has, and factors on all filament: what is missing by them is no finding.
     pub stated: Vec<StatedSetting>,
     /// Moves of any axis.
     pub moves: usize,
@@ -196,7 +196,7 @@ pub struct WallStart {
     pub at_mm: [f64; 3],
 }
 
-/// A setting of which a file states less than the profile has.
+/// A setting of which a file states less than the profile has, or another factor on all filament.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StatedSetting {
     /// Its key in `[process]`; `multiplier` is the slicer's factor on all filament.

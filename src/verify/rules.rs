@@ -135,7 +135,7 @@ pub const RULES: [RuleStatement; 23] = [
             limit("bare_outline_mm", coverage::MOST_BARE_MM),
         ],
     ),
-    rule(Rule::Complete, "Every layer of every part is there, and the machine's own end.", &[]),
+    rule(Rule::Complete, "Every layer of every part is in the file, and so is the profile's end code.", &[]),
     rule(
         Rule::Retract,
         "Retracted filament is primed again before printing continues.",

@@ -64,7 +64,7 @@ pub(in crate::cli) fn words_of_one(all: impl Iterator<Item = OsString>, model: &
         let text = word.to_string_lossy().into_owned();
         let name = text.split('=').next().unwrap_or_default();
         if let Some(one) = OF_ONE.iter().find(|one| **one == name) {
-            return Err(format!("{one} applies to one model, and this is a folder or a list of models; remove it"));
+            return Err(format!("{one} applies to one model only, not to a folder or a list of models; remove {one}"));
         }
         if WITH_VALUE.contains(&name) {
             if name == text {

@@ -138,6 +138,9 @@ fn heat(text: &str, heater: &str, target: &str, waits: bool) -> Effect {
         Some("CHAMBER") => Heater::Chamber,
         _ => return Effect::Hazard(Hazard::Unknown),
     };
-    let target_c = value(target).map_or(Some(0.0), |v| v.parse().ok().filter(|target: &f64| target.is_finite()));
-    Effect::Heat { heater, target_c, waits }
+    // Klipper compares a target with its limits, which says nothing of one that is no number.
+    match value(target).map_or(Ok(0.0), str::parse) {
+        Ok(target_c) if f64::is_finite(target_c) => Effect::Heat { heater, target_c: Some(target_c), waits },
+        _ => Effect::Hazard(Hazard::Unknown),
+    }
 }

@@ -542,7 +542,7 @@ mod tests {
         assert_eq!(klipper("set_pressure_advance advance=0.04"), Effect::Setting);
         let heat = Effect::Heat { heater: Heater::Nozzle, target_c: Some(215.0), waits: false };
         assert_eq!(klipper("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=215"), heat);
-        let unknown = Effect::Heat { heater: Heater::Nozzle, target_c: None, waits: false };
+        let unknown = Effect::Hazard(Hazard::Unknown);
         assert_eq!(klipper("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=nan"), unknown);
         assert_eq!(klipper("EXCLUDE_OBJECT_START NAME='a'"), Effect::Label);
         assert_eq!(klipper("TIMELAPSE_TAKE_FRAME"), Effect::Hazard(Hazard::Moves));

@@ -302,7 +302,7 @@ impl<'a> Stream<'a> {
             true => format!("{}: no disk space left: ", self.journal.path().display()),
             false => self.trouble.take().unwrap_or_default(),
         };
-        let first = if self.short { "free some, then " } else { "" };
+        let first = if self.short { "free some disk space, then " } else { "" };
         let again = self.sender.way_back();
         let heat = if self.sender.program().firmware().is_printer() { " and the heaters on" } else { "" };
         let text = format!(

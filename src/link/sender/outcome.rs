@@ -5,7 +5,7 @@
 pub enum StopReason {
     /// A greeting, and a counter that began anew.
     #[error(
-        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Inspect the part, then run trunnion send \
+        "the printer was reset during the print ({greeting}), so the position of its axes is unknown; inspect the part, then run trunnion send \
          --resume"
     )]
     Reset {
@@ -27,7 +27,7 @@ pub enum StopReason {
     },
     /// The journal does not speak of a single line, but the printer has taken some.
     #[error(
-        "the journal has no record of a line, but the printer has accepted {found}: part of the print may be on the table. If the table is empty, \
+        "the journal has no record of a line, but the printer has accepted {found}: part of the print may be on the table; if the table is empty, \
          run trunnion send without --resume"
     )]
     Unrecorded {
@@ -92,8 +92,8 @@ pub enum StopReason {
     },
     /// Answers are missing or there is one too many, and the protocol has no counter to ask.
     #[error(
-        "{lines} lines between lines {first} and {last} of the file were not answered, and this protocol cannot tell whether \
-         they were executed; nothing was sent twice"
+        "lines {first} to {last} of the file were not answered ({lines} in all), so it is unknown whether they were executed; nothing was sent \
+         twice"
     )]
     Unaccounted {
         /// How many.

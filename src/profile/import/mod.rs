@@ -173,7 +173,7 @@ fn by_name(rotary: &[Rotary]) -> Option<AxisRoles> {
     let letters: Vec<char> = rotary.iter().map(|axis| axis.letter).collect();
     match letters[..] {
         [tilt @ ('A' | 'B'), 'C'] | ['C', tilt @ ('A' | 'B')] => {
-            let how = format!("by its name: {tilt} is about {}, C about Z (ISO 841)", about(tilt));
+            let how = format!("by the axis letters (ISO 841): {tilt} rotates about {}, C about Z", about(tilt));
             Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how })
         }
         _ => None,

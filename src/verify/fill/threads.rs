@@ -38,7 +38,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     if depth < most {
         add(printed, layers[0].line, [depth, most], findings, || {
             format!(
-                "the walls of part {} are {depth:.2} mm thick in most places of {} layers, but {wanted} lines of {width:.2} mm are wanted (minimum \
+                "the walls of part {} are {depth:.2} mm thick in most places of {} layers, but at least {wanted} lines of {width:.2} mm are wanted (minimum \
                  {most:.2} mm; for fewer set [process] walls = {})",
                 printed.planned.part,
                 layers.len(),
