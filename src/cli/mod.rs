@@ -7,6 +7,7 @@ mod args;
 mod batch;
 mod failure;
 mod inspect;
+mod machine;
 mod operator;
 mod orient;
 mod pack;
@@ -72,6 +73,7 @@ pub fn run() -> ExitCode {
         Verb::Publish(verb) => publish::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
+        Verb::Machine(verb) => machine::run(&verb, &console),
     });
     done.as_ref().err().into_iter().for_each(|failure| console.failed(failure));
     // What the verb itself says comes first.

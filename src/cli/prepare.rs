@@ -106,6 +106,8 @@ fn work(args: &Verb, output: &OutputFile, files: &SideFiles, console: &Console) 
         console.note(&format!("{}: {}", file.path().display(), text::cold(made)));
     }
     output.write(done.gcode.program())?;
+    let machine = &done.planned.plan.machine;
+    text::unseen(&machine.profile, &machine.name).iter().for_each(|text| console.note(text));
     if let Some(report) = done.gcode.report() {
         text::proved(&output.path().display().to_string(), &done, report).iter().for_each(|text| console.note(text));
         if console.json() {

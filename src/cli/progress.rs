@@ -127,6 +127,11 @@ impl Console {
         }
     }
 
+    /// A question, on stderr: whoever is asked must see it, whatever else is quiet.
+    pub(crate) fn ask(&self, text: &str) {
+        self.say(text);
+    }
+
     /// A detail for `-v`, on stderr.
     pub(crate) fn detail(&self, text: &str) {
         if self.verbose && !self.quiet {

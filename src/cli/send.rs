@@ -6,10 +6,10 @@ use super::args::{OnePrint, Send as Verb, StreamArgs};
 use super::operator::Terminal;
 use super::requests::outputs;
 use super::{Console, Failure, progress};
-use crate::document::{self, Row};
+use crate::document::{self, Row, text};
 use crate::job::{
-    self, CheckedPlan, Loaded, Operator, OutputFile, Outputs, PrintError, SendRequest, SentPrint, Source, Verified,
-    VerifyRequest, Wire, World,
+    self, CheckedPlan, Loaded, LoadedProfile, Operator, OutputFile, Outputs, PrintError, SendRequest, SentPrint,
+    Source, Verified, VerifyRequest, Wire, World,
 };
 use crate::link::serial::Address;
 
@@ -51,6 +51,7 @@ fn load(
         if let Some(report) = program.report() {
             console.note(&format!("verified: {} moves, clearance {:.2} mm", report.moves, report.clearance_mm));
         }
+        warn(&plan.machine, args, console);
         return Ok(Loaded { program, plan: Some(plan), profile: None });
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
@@ -60,9 +61,16 @@ fn load(
     };
     let program = Verified::unverified(world.files.read(path)?);
     let profile = Some(job::load_profile(&profile.into(), &world)?);
+    profile.iter().for_each(|machine| warn(machine, args, console));
     let path = path.display();
     console.warning(&format!("{path} is not verified: the head may hit the part, the table or the frame"));
     Ok(Loaded { program, plan: None, profile })
+}
+
+/// Before a real machine moves: whether anybody has seen its axes do what the profile says.
+fn warn(machine: &LoadedProfile, args: &Verb, console: &Console) {
+    let unseen = text::unseen(&machine.profile, &machine.name).filter(|_| !args.dry_run);
+    unseen.iter().for_each(|text| console.warning(text));
 }
 
 /// Sends to several printers at the same time.

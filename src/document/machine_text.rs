@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use super::jog_text::unseen;
 use crate::calibrate::Unknown;
 use crate::gcode::round_to;
 use crate::job::{CalibrateResult, CheckedProfile, DryRun, PosesResult, Tilted};
 use crate::motion::TiltAbout;
+use crate::profile::Sight;
 use crate::spelling::counted;
 
 /// A table of the tilts, and what they come to.
@@ -61,6 +63,11 @@ pub fn checked(machine: &CheckedProfile) -> String {
         );
     }
     out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
+    let seen = match profile.sight() {
+        Sight::Seen(date) => format!("\nthe axes were seen to move so on {date}: {}", profile.axes_in_words()),
+        _ => unseen(profile, &machine.machine.name).map_or(String::new(), |text| format!("\n{text}")),
+    };
+    out.push_str(&seen);
     out
 }
 

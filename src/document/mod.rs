@@ -29,6 +29,7 @@ mod calibrated;
 mod certified;
 mod explained;
 mod failed;
+mod jog_text;
 mod machine_text;
 mod model;
 mod oriented;
@@ -57,8 +58,8 @@ pub use packed::packed;
 pub use planned::{no_plan, no_way, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
-    checked, cold, event, left_alone, own, prepared, profile_imported, profile_made, rehearsed, rejected, rewritten,
-    shipped, sliced, verified,
+    checked, cold, event, jogged, left_alone, own, prepared, profile_imported, profile_made, rehearsed, rejected,
+    rewritten, shipped, sliced, verified,
 };
 pub use published::published;
 pub use row::{Lines, Row, fitting, too_low};

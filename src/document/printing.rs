@@ -7,11 +7,11 @@ use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
 use crate::input::InputError;
 use crate::job::{
-    At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, LoadedProfile, PrepareResult, Rehearsal,
-    Rejected, Seconds, Sending, SlicerName, Tilted,
+    At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, JogChange, JogResult, LoadedProfile,
+    PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
-use crate::profile::{Fact, StatedAt};
+use crate::profile::{Fact, Profile, Sight, StatedAt};
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -133,7 +133,7 @@ pub fn checked(done: &CheckedProfile) -> Value {
         "profile": done.machine.name, "sha256": done.machine.sha256, "ok": done.refusals.is_empty(), "refused": done.refusals,
         "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
         "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
-        "axes_off_deg": done.axes_off_deg,
+        "axes_off_deg": done.axes_off_deg, "jogged": jogged_on(&done.machine.profile),
     })
 }
 
@@ -153,6 +153,23 @@ pub fn profile_imported(made: &ImportedProfile, file: &std::path::Path) -> Value
         "profile": made.name, "file": file, "firmware": made.firmware(), "like": made.like.name,
         "stated": made.facts.iter().map(fact).collect::<Vec<_>>(), "unanswered": made.unanswered, "notes": made.notes,
         "refused": made.refusals,
+    })
+}
+
+/// The day on which the axes were seen to be as the profile has them; null where that was never, or is no longer so.
+fn jogged_on(profile: &Profile) -> Option<String> {
+    if let Sight::Seen(date) = profile.sight() { Some(date) } else { None }
+}
+
+/// `trunnion machine jog`: what the axes do, and where the profile has it otherwise.
+pub fn jogged(done: &JogResult) -> Value {
+    let change = |change: &JogChange| json!({"key": change.key, "profile": change.was, "machine": change.seen});
+    let seen = &done.jogged;
+    json!({
+        "profile": done.machine.name, "jogged": done.date,
+        "tilt": {"letter": seen.tilt, "about": seen.about, "direction": seen.tilt_direction, "level_deg": seen.level_deg},
+        "rotation": {"letter": seen.rotation, "direction": seen.rotation_direction},
+        "changes": done.changes.iter().map(change).collect::<Vec<_>>(), "ok": done.unfit.is_none(), "refused": done.unfit,
     })
 }
 

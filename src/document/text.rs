@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::fmt::Write;
 use std::path::Path;
 
+pub use super::jog_text::{jog_question, jogged, unseen};
 pub use super::machine_text::{calibrated, checked, cold, poses};
 use super::model::apart;
 pub use super::plan_text::{comparison, moved, no_plan, planned, searched, sequence, ways};

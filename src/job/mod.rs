@@ -7,6 +7,7 @@
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
 //! CalibrateRequest --calibrate--> CalibrateResult{fit}                  a machine's numbers from touches; PosesRequest: which to make
+//! JogRequest     --jog--> JogResult{jogged}                            which axis of a connected machine does what
 //! ImportProfile  --import_profile--> ImportedProfile                   a machine from the configuration of its firmware
 //! PackRequest    --pack--> PackResult{plates}                              models in as few runs as there must be, or the most value in one
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
@@ -79,9 +80,9 @@ pub use crate::world::{
 pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Share, batch, models_at};
 pub use error::Error;
 pub use machine::{
-    Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, MachineError,
-    MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS, REQUIRED_KEYS, Tilted, calibrate, check_profile,
-    dry_run, import_profile, keep_profile, new_profile, poses,
+    Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, JogChange,
+    JogRequest, JogResult, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS, REQUIRED_KEYS,
+    Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile, poses,
 };
 pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,

@@ -37,6 +37,7 @@
 mod action;
 mod compact;
 mod doubt;
+mod exchange;
 mod journal;
 mod loopback;
 mod pace;
@@ -59,6 +60,7 @@ mod wire;
 
 pub use action::HostAction;
 pub use compact::push_compact;
+pub use exchange::{Answered, Exchange};
 pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
 pub use pace::{TooSlow, too_slow};

@@ -232,6 +232,16 @@ impl Protocol {
         self.traits().firmware
     }
 
+    /// How its answers are worded.
+    pub fn wording(self) -> Wording {
+        self.traits().wording
+    }
+
+    /// The line that is answered once all motion has ended.
+    pub fn drain(self) -> &'static str {
+        self.traits().drain
+    }
+
     /// The word of a profile.
     pub fn name(self) -> &'static str {
         self.traits().name

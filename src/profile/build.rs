@@ -23,7 +23,10 @@ const MOST_EDITS: usize = 4;
 impl Profile {
     /// All values as one text: equal for equal profiles, and the other way round.
     pub fn canonical(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
+        let mut same = self.clone();
+        // Whether somebody looked changes no plan.
+        (same.machine.jogged, same.machine.jogged_as) = (None, None);
+        serde_json::to_string(&same).unwrap_or_default()
     }
 
     /// The kinematic chain with its axes.

@@ -10,7 +10,8 @@ use super::layers::DEFAULTS;
 use super::schema::{BodySpec, Profile};
 
 /// Comments of the reference behind which keys stand that may be absent.
-const BEHIND: [(&str, &[&str]); 12] = [
+const BEHIND: [(&str, &[&str]); 13] = [
+    ("# jogged = ", &["machine.jogged", "machine.jogged_as"]),
     ("# along = [0.99999, ", &["kinematics.tilt.along"]),
     ("# along = [0.0, ", &["kinematics.rotation.along"]),
     ("# min_deg, max_deg: stops, as words.", &["kinematics.rotation.min_deg", "kinematics.rotation.max_deg"]),

@@ -42,7 +42,9 @@ pub const SHIPPED: [(&str, &str, &str); 13] = [
 ];
 
 /// Keys that may be absent, and so are not in the defaults.
-const OPTIONAL: [&str; 13] = [
+const OPTIONAL: [&str; 15] = [
+    "machine.jogged",
+    "machine.jogged_as",
     "kinematics.tilt.along",
     "kinematics.rotation.along",
     "kinematics.tilt.stepper",

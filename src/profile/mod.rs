@@ -37,6 +37,7 @@ mod prime;
 mod process;
 mod ranges;
 mod schema;
+mod sight;
 
 pub use build::ABSURD_MM;
 pub use head::{HEAD_QUESTIONS, HeadFault, measured};
@@ -52,3 +53,4 @@ pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link,
     MachineInfo, OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
 };
+pub use sight::Sight;

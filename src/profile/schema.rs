@@ -46,6 +46,12 @@ pub struct MachineInfo {
     pub about: String,
     /// Real machines it was printed on.
     pub tested_on: Vec<String>,
+    /// The day on which a person saw on the machine what each axis does; absent where nobody did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jogged: Option<String>,
+    /// The axes as they were seen; where that is not [`Profile::axes_in_words`] any more, the profile was changed since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jogged_as: Option<String>,
 }
 
 /// `[kinematics]`

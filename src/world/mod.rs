@@ -142,6 +142,11 @@ pub trait Clock {
     /// What tells this run of the operating system from any other; empty where nobody knows.
     fn boot(&self) -> String;
 
+    /// The day by UTC, as `2026-11-28`; `None` where nobody knows.
+    fn today(&self) -> Option<String> {
+        None
+    }
+
     /// A number that no other run has had.
     fn nonce(&self) -> u64 {
         // Its keys are the system's random numbers.
@@ -210,9 +215,28 @@ impl Clock for SystemClock {
         std::thread::sleep(time);
     }
 
+    fn today(&self) -> Option<String> {
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).ok()?;
+        let [year, month, day] = civil(i64::try_from(since.as_secs() / 86_400).ok()?);
+        Some(format!("{year:04}-{month:02}-{day:02}"))
+    }
+
     fn boot(&self) -> String {
         std::fs::read_to_string("/proc/sys/kernel/random/boot_id").map(|id| id.trim().to_owned()).unwrap_or_default()
     }
+}
+
+/// Year, month and day of so many days after 1970-01-01 (H. Hinnant, *chrono-Compatible Low-Level Date Algorithms*, `civil_from_days`).
+fn civil(days: i64) -> [i64; 3] {
+    let days = days + 719_468;
+    let (era, of_era) = (days.div_euclid(146_097), days.rem_euclid(146_097));
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    // Months from March on.
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    [year + era * 400 + i64::from(month <= 2), month, day]
 }
 
 impl<'a> World<'a> {
@@ -225,6 +249,26 @@ impl<'a> World<'a> {
             web: &OwnWeb,
             clock: &SystemClock,
             progress,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::civil;
+
+    #[test]
+    fn days_are_dates() {
+        for (days, date) in [
+            (0, [1970, 1, 1]),
+            (59, [1970, 3, 1]),
+            (11_016, [2000, 2, 29]),
+            (11_017, [2000, 3, 1]),
+            (20_785, [2026, 11, 28]),
+            (47_540, [2100, 2, 28]),
+            (47_541, [2100, 3, 1]),
+        ] {
+            assert_eq!(civil(days), date, "{days}");
         }
     }
 }

@@ -26,6 +26,7 @@ mod hooks;
 mod imported;
 mod islands;
 mod job;
+mod jogged;
 mod kinematics;
 mod klippy;
 mod layer_oracle;

@@ -2,6 +2,7 @@
 
 mod batch;
 mod link;
+mod machine;
 mod mistake;
 mod print;
 mod profile;
@@ -16,6 +17,7 @@ use crate::job::{Arrangement, Finish, PlanOptions, PoseChoice, SlicingOptions, S
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
+pub(in crate::cli) use machine::{Jog, Machine};
 pub(in crate::cli) use mistake::{in_flags, told};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, New, Profile};
@@ -99,6 +101,9 @@ pub(in crate::cli) enum Verb {
     /// List, show, check and calibrate machine profiles
     #[command(subcommand)]
     Profile(Profile),
+    /// Ask a connected machine which axis does what
+    #[command(subcommand)]
+    Machine(Machine),
 }
 
 /// The model and how to read it.

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::calibrate::{TouchError, Uncalibrated};
+use crate::calibrate::{JogFault, TouchError, Uncalibrated};
 use crate::input::InputError;
+use crate::job::printer::PrinterError;
 use crate::location::Location;
 use crate::profile::{HeadFault, ImportError};
 
@@ -59,6 +60,12 @@ pub enum MachineError {
         /// The pose, and what is in the way.
         why: String,
     },
+    /// A printer that cannot be had, or does not answer.
+    #[error(transparent)]
+    Printer(#[from] PrinterError),
+    /// A test of the axes that tells nothing.
+    #[error(transparent)]
+    Jog(#[from] JogFault),
     /// A machine whose table no tip can touch.
     #[error(
         "profile {profile}: no pose within the axis limits lets the nozzle reach the table; check limits, pivot_mm and offset_mm"
@@ -76,6 +83,8 @@ impl MachineError {
             Self::Input(error) => error.code(),
             Self::Import(error) => error.into(),
             Self::Touches(error) => error.into(),
+            Self::Printer(error) => error.code(),
+            Self::Jog(error) => error.into(),
             own => own.into(),
         }
     }

@@ -5,6 +5,7 @@ mod check;
 mod dry_run;
 mod error;
 mod import;
+mod jog;
 mod new;
 
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
@@ -12,4 +13,5 @@ pub use check::{CheckedProfile, Tilted, check_profile};
 pub use dry_run::{DryRun, dry_run};
 pub use error::MachineError;
 pub use import::{ImportProfile, ImportedProfile, REQUIRED_KEYS, import_profile};
+pub use jog::{JogChange, JogRequest, JogResult, jog};
 pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};

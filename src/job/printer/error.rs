@@ -39,6 +39,48 @@ pub enum PrinterError {
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),
+    /// A port behind which nobody answers.
+    #[error(
+        "{place}: no printer answered M115 within {seconds} s at {baud} baud; check --baud (115200 and 250000 are usual) and the cable"
+    )]
+    Mute {
+        /// The port.
+        place: String,
+        /// Bits a second.
+        baud: u32,
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// A printer that does not carry out a line.
+    #[error("{place}: the printer refuses {line}: {answer}")]
+    Refuses {
+        /// The port.
+        place: String,
+        /// What was sent.
+        line: String,
+        /// In its words.
+        answer: String,
+    },
+    /// An answer without an end.
+    #[error(
+        "{place}: the printer stopped answering {line} (silent for {seconds} s); switch it off and on, then try again"
+    )]
+    Halfway {
+        /// The port.
+        place: String,
+        /// What was sent.
+        line: String,
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// A port that is gone.
+    #[error("{place}: the connection was lost: {why}")]
+    Gone {
+        /// The port.
+        place: String,
+        /// The system's words.
+        why: String,
+    },
 }
 
 impl PrinterError {

@@ -4,8 +4,10 @@ mod bench;
 mod error;
 mod settings;
 mod simulate;
+mod talk;
 
 pub use bench::Bench;
 pub use error::{BadSimulation, PrinterError};
 pub(crate) use settings::{abilities, model, protocol, quirks, rules, settings};
 pub use simulate::{SimulateRequest, simulate};
+pub(crate) use talk::Talk;

@@ -150,7 +150,13 @@ impl Sim {
             b"$I" => {
                 let own = format!("[VER:1.1h.20190830:]\n[OPT:V,{},{}]", DEPTH - 1, self.quirks.receive_buffer);
                 self.quirks.identity.unwrap_or(&own).lines().for_each(|line| self.say(line));
+                if self.quirks.latches_errors {
+                    let [.., tilt, rotation] = self.said_axes().map(|axis| axis.letter);
+                    self.say(&format!("[AXS:5:XYZ{tilt}{rotation}]"));
+                    self.say("[FIRMWARE:grblHAL]");
+                }
             }
+            b"$$" => self.say_numbered(),
             b"$X" => self.alarm = false,
             b"$H" => {
                 self.alarm = false;

@@ -301,6 +301,8 @@ impl Sim {
                 self.say(&text);
             }
             b"M115" => self.introduce(),
+            b"M503" => self.say_settings(),
+            b"M211" => self.say_ends(),
             b"M155" => {
                 let seconds = integer(command.block.split(|b| *b == b'S').nth(1).unwrap_or_default()).clamp(0, 3600);
                 self.report_every = Duration::from_secs(seconds.unsigned_abs());

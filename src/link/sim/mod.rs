@@ -13,6 +13,7 @@ mod marlin;
 mod named;
 mod plain;
 mod quirks;
+mod said;
 
 use std::collections::VecDeque;
 use std::time::Duration;

@@ -144,6 +144,11 @@ impl Sim {
                 let text = self.where_it_is();
                 self.say(&text);
             }
+            b"M409" if !klipper => {
+                self.say_model(&command.block);
+                self.say_ok("ok");
+                return true;
+            }
             b"M112" => {
                 if klipper {
                     self.say("// Klipper state: Shutdown");

@@ -1,0 +1,35 @@
+//! What a person saw a machine's axes do, held against its profile.
+
+use super::schema::{Profile, TiltAxisName};
+
+/// Whether somebody saw on the machine what each axis does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// On this day, and the profile says the same.
+    Seen(String),
+    /// On this day, and the profile was changed since.
+    Changed(String),
+    /// Never.
+    Never,
+}
+
+impl Profile {
+    /// What each axis of the table does, as `[machine] jogged_as` has it.
+    pub fn axes_in_words(&self) -> String {
+        let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
+        let name = |letter: char, stepper: &Option<String>| stepper.clone().unwrap_or_else(|| letter.to_string());
+        let about = if tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
+        let [tilts, turns] = [name(tilt.letter, &tilt.stepper), name(rotation.letter, &rotation.stepper)];
+        let (up, round) = (tilt.direction, rotation.direction);
+        format!("{tilts} about {about} {up:+}, level at {}; {turns} {round:+}", tilt.zero_deg)
+    }
+
+    /// Whether what the axes do was seen on the machine, and is still what the profile says.
+    pub fn sight(&self) -> Sight {
+        match (&self.machine.jogged, &self.machine.jogged_as) {
+            (Some(date), Some(seen)) if *seen == self.axes_in_words() => Sight::Seen(date.clone()),
+            (Some(date), _) => Sight::Changed(date.clone()),
+            _ => Sight::Never,
+        }
+    }
+}
