@@ -45,7 +45,7 @@ impl Api for Duet<'_> {
         match answer["err"].as_i64() {
             Some(0) => Ok(()),
             Some(1) if key.is_none() => Err(ServerFault::NoKey),
-            Some(1) => Err(ServerFault::WrongKey { start: self.0.job.start }),
+            Some(1) => Err(ServerFault::WrongKey { kind: self.0.job.address.kind, start: self.0.job.start }),
             Some(2) => Err(ServerFault::Busy),
             _ => Err(ServerFault::Page { what: "/rr_connect", kind: self.0.job.address.kind }),
         }
@@ -73,10 +73,9 @@ impl Api for Duet<'_> {
     }
 
     fn remove(&self) -> Result<(), ServerFault> {
-        let what = "the request to delete the file";
-        match self.0.read(what, &self.path("rr_delete"))?["err"].as_i64() {
+        match self.0.read("the request to delete the file", &self.path("rr_delete"))?["err"].as_i64() {
             Some(0) => Ok(()),
-            _ => Err(ServerFault::Refused { what, status: 200, words: String::new() }),
+            _ => Err(ServerFault::NotDeleted { name: self.0.job.name.clone() }),
         }
     }
 

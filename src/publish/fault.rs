@@ -43,12 +43,15 @@ pub enum ServerFault {
     Closed,
     /// A certificate that is not trusted.
     #[error(
-        "its certificate is not trusted: {why}; pass --fingerprint (on the server: openssl x509 -in CERTIFICATE -noout -fingerprint -sha256), \
-         or set SSL_CERT_FILE to the CA certificate"
+        "its certificate is not trusted: {why}; {}pass --fingerprint (on the server: openssl x509 -in CERTIFICATE -noout -fingerprint -sha256){}",
+        if *.pinned { "if it is the right server, " } else { "" },
+        if *.pinned { "" } else { ", or set SSL_CERT_FILE to the CA certificate" }
     )]
     Tls {
         /// The library's words.
         why: String,
+        /// Whether a fingerprint was given.
+        pinned: bool,
     },
     /// TLS was asked for, and it answers without.
     #[error("it does not use https there; write http://, or give its https port")]
@@ -95,8 +98,18 @@ pub enum ServerFault {
     #[error("it requires a key; pass --key-file FILE or set TRUNNION_KEY")]
     NoKey,
     /// The key is wrong, or may not do this.
-    #[error("it rejects the key; create a new one in its settings, with permission to upload{}", if *.start { " and to print" } else { "" })]
+    #[error(
+        "it rejects the {}; check the one in --key-file or TRUNNION_KEY{}",
+        if *.kind == Kind::Duet { "password" } else { "key" },
+        match (.kind, .start) {
+            (Kind::OctoPrint, false) => ", which needs permission to upload",
+            (Kind::OctoPrint, true) => ", which needs permission to upload and to print",
+            (Kind::Moonraker | Kind::Duet, _) => "",
+        }
+    )]
     WrongKey {
+        /// The server.
+        kind: Kind,
         /// Whether a print was to begin.
         start: bool,
     },
@@ -153,6 +166,23 @@ pub enum ServerFault {
         sent: u64,
         /// What it has.
         there: u64,
+    },
+    /// The file has another name there.
+    #[error(
+        "it stored the file {}, not as {name}; delete that file there, and choose another --name",
+        .stored.as_ref().map_or("under a name that it did not report".to_owned(), |stored| format!("as {stored}"))
+    )]
+    Renamed {
+        /// What it is called there, where the server says.
+        stored: Option<String>,
+        /// The name that was asked for.
+        name: String,
+    },
+    /// A file that is to go, and stays.
+    #[error("it did not delete the file {name}; delete it there")]
+    NotDeleted {
+        /// The name.
+        name: String,
     },
     /// A refusal for the server's own reason.
     #[error("it refuses {what} with {status}{}", if .words.is_empty() { String::new() } else { format!(": {}", .words) })]

@@ -62,7 +62,7 @@ impl Line<'_> {
             // None of the three asks so: what stands before it does.
             401 if let Some(login) = &answer.challenge => Err(ServerFault::Login { login: plain(login) }),
             401 | 403 if self.job.key.is_none() => Err(ServerFault::NoKey),
-            401 | 403 => Err(ServerFault::WrongKey { start: self.job.start }),
+            401 | 403 => Err(ServerFault::WrongKey { kind: self.job.address.kind, start: self.job.start }),
             413 => Err(ServerFault::TooLarge { bytes: self.job.file.len() as u64 }),
             507 => Err(ServerFault::Full { free: None, needs: self.job.file.len() as u64 }),
             _ => Ok(answer),
@@ -148,7 +148,7 @@ impl Line<'_> {
             Trouble::Away { why } => ServerFault::Away { why },
             Trouble::Silent => ServerFault::Silent { seconds: self.job.silence.as_secs() },
             Trouble::Closed => ServerFault::Closed,
-            Trouble::Tls { why } => ServerFault::Tls { why },
+            Trouble::Tls { why } => ServerFault::Tls { why, pinned: self.job.fingerprint.is_some() },
             Trouble::Plain => ServerFault::Plain,
             Trouble::Garbled { why } => ServerFault::Garbled { why },
             Trouble::TooMuch => ServerFault::Page { what: "a question", kind: self.job.address.kind },

@@ -9,7 +9,7 @@ use super::UploadFigures;
 use super::api::{Api, Kept, State};
 use super::fault::ServerFault;
 use super::form::Form;
-use super::line::{Line, Question};
+use super::line::{Line, Question, plain};
 use super::web::HttpMethod;
 
 pub(super) struct OctoPrint<'a>(pub(super) Line<'a>);
@@ -63,11 +63,7 @@ impl Api for OctoPrint<'_> {
         let path = self.0.value(what, &answer)?["files"]["local"]["path"].clone();
         match path.as_str() {
             Some(path) if path == job.name => Ok(()),
-            other => Err(ServerFault::Refused {
-                what: "the file's name",
-                status: answer.status,
-                words: format!("it stores the file as {}", other.unwrap_or("a file without a name")),
-            }),
+            other => Err(ServerFault::Renamed { stored: other.map(plain), name: job.name.clone() }),
         }
     }
 

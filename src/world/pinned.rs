@@ -36,7 +36,7 @@ impl ServerCertVerifier for Known {
         if shown == self.fingerprint {
             return Ok(ServerCertVerified::assertion());
         }
-        Err(rustls::Error::General(format!("its fingerprint is {shown}")))
+        Err(rustls::Error::General(format!("its SHA-256 fingerprint is {shown}, not the one given")))
     }
 
     fn verify_tls12_signature(

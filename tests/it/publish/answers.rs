@@ -73,7 +73,11 @@ impl Inside {
                     return no(409, "File already exists and noOverwrite was set");
                 }
                 self.userdata = fields.get("userdata").cloned();
+                let name = if let Some(Hitch::Renamed(_)) = hitch { name.replace(".gcode", "_1.gcode") } else { name };
                 self.keep(&name, bytes, hitch);
+                if let Some(Hitch::Renamed(false)) = hitch {
+                    return Reply::Json(201, json!({"done": true}));
+                }
                 Reply::Json(201, json!({"done": true, "files": {"local": {"name": name, "path": name}}}))
             }
             ("GET", path) if path.starts_with("/api/files/local/") => match self.files.get(&name) {

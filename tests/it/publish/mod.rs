@@ -235,6 +235,18 @@ fn another_file_of_the_name_stays_unless_it_is_to_be_replaced() {
 }
 
 #[test]
+fn a_file_that_octoprint_stores_under_another_name_is_named() {
+    for (told, wanted) in
+        [(true, "server/renamed: tree_1.gcode | tree.gcode | --name"), (false, "server/renamed: tree.gcode | --name")]
+    {
+        let server = locked(Kind::OctoPrint);
+        server.inside().hitches = vec![Hitch::Renamed(told)].into();
+        fails(&mut publish(&server.to(), &[]), 4, wanted);
+        assert!(server.inside().files.keys().eq(["tree_1.gcode"]), "what has another name is not ours to delete");
+    }
+}
+
+#[test]
 fn a_print_starts_when_asked_and_never_beside_another() {
     for kind in KINDS {
         let server = locked(kind);

@@ -25,6 +25,8 @@ pub(super) enum Hitch {
     Full,
     /// The card is full, as the server says it in its own way: 500, or `err` 1.
     FullInItsWay,
+    /// OctoPrint keeps it under another name, and says which, or not.
+    Renamed(bool),
     /// The key may look, but not upload.
     Forbidden,
 }
