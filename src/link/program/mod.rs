@@ -120,7 +120,10 @@ pub enum ProgramError {
     #[error("the file has no commands")]
     Empty,
     /// More than one job can be.
-    #[error("the file has {bytes} bytes; at most {allowed} (1 GiB) are sent as one job; split it at a slot")]
+    #[error(
+        "the file has {bytes} bytes; at most {allowed} (1 GiB) are sent as one job; print fewer parts at once, or slice with a coarser G-code \
+         resolution"
+    )]
     TooBig {
         /// The file's size.
         bytes: u64,

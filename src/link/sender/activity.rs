@@ -1,6 +1,7 @@
 //! What the sender is doing: print, leave the part, return to it, end. Each step begins when no line is unanswered.
 
 use super::ledger::Purpose;
+use super::outcome::unit;
 use super::{Notice, Outcome, Sender, StopReason};
 use crate::link::journal::Record;
 use crate::link::place::Place;
@@ -200,7 +201,8 @@ impl Sender {
         let line = self.program.file_line(place.block.saturating_sub(1));
         let axis = char::from(letter);
         self.note(format!(
-            "the printer reports {axis} at {found:.2}, but after line {line} it should be at {believed:.2}; pausing above the part"
+            "after line {line} the printer reports {axis} at {found:.2} {unit} (expected {believed:.2} {unit}); pausing above the part",
+            unit = unit(axis)
         ));
         self.pause();
     }

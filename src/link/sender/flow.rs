@@ -1,5 +1,7 @@
 //! Which line goes out next, and what an answer proves.
 
+use std::ops::Range;
+
 use super::activity::Activity;
 use super::brake::Wire;
 use super::ledger::Purpose;
@@ -214,7 +216,7 @@ impl Sender {
         }
         let lines = to - credited - 1;
         if report && lines > 0 && self.traits().accounting != Accounting::Counter {
-            let (first, last) = (self.line_of(credited + 1), self.line_of(to - 1));
+            let [first, last] = self.lines_of(credited + 1..to);
             self.stop(StopReason::Unaccounted { lines, first, last });
             return;
         }
@@ -279,10 +281,17 @@ impl Sender {
         self.file_line(number).unwrap_or_else(|| self.program.file_line(self.acked_blocks.saturating_sub(1)))
     }
 
+    /// The first and the last line of the file among `numbers`, for a message; without any the last that was answered.
+    fn lines_of(&self, numbers: Range<i64>) -> [u32; 2] {
+        let answered = self.program.file_line(self.acked_blocks.saturating_sub(1));
+        let first = numbers.clone().find_map(|number| self.file_line(number));
+        let last = numbers.rev().find_map(|number| self.file_line(number));
+        [first, last].map(|line| line.unwrap_or(answered))
+    }
+
     /// The file's lines under way, for a message.
     pub(super) fn unaccounted(&self) -> StopReason {
-        let first = self.line_of(self.ledger.credited() + 1);
-        let last = self.line_of(self.ledger.cursor() - 1);
+        let [first, last] = self.lines_of(self.ledger.credited() + 1..self.ledger.cursor());
         StopReason::Unaccounted { lines: self.ledger.in_flight(), first, last }
     }
 }

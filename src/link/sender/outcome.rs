@@ -91,12 +91,9 @@ pub enum StopReason {
         meaning: &'static str,
     },
     /// Answers are missing or there is one too many, and the protocol has no counter to ask.
-    #[error(
-        "lines {first} to {last} of the file were not answered ({lines} in all), so it is unknown whether they were executed; nothing was sent \
-         twice"
-    )]
+    #[error("{}", unaccounted(*lines, [*first, *last]))]
     Unaccounted {
-        /// How many.
+        /// How many; 0 where all are answered and the printer is not to be trusted all the same.
         lines: i64,
         /// Of the file.
         first: u32,
@@ -105,8 +102,9 @@ pub enum StopReason {
     },
     /// Its M114 is not where the file has brought it.
     #[error(
-        "the printer reports {axis} at {found:.2}, but after line {line} of the file it should be at {believed:.2}: a move was \
-         cut short, or something else moved the axis; the head is above the part"
+        "after line {line} of the file the printer reports {axis} at {found:.2} {unit} (expected {believed:.2} {unit}); check the firmware's axis \
+         limits, and that no other program moves the axis; the head is above the part",
+        unit = unit(*axis)
     )]
     Elsewhere {
         /// The axis' letter.
@@ -151,6 +149,26 @@ pub enum StopReason {
         /// Whether it is locked until it is homed: it has lost its position.
         locked: bool,
     },
+}
+
+/// The unit of an axis' positions.
+pub(super) fn unit(axis: char) -> &'static str {
+    if "XYZ".contains(axis) { "mm" } else { "deg" }
+}
+
+/// What is known where `lines` lines that were sent between the file's lines `first` and `last` have no answer.
+fn unaccounted(lines: i64, [first, last]: [u32; 2]) -> String {
+    let at = if first == last { format!("line {last}") } else { format!("lines {first} to {last}") };
+    let lost = match lines {
+        ..=0 => format!(
+            "the connection was lost after line {last} of the file, or another program sent data to the printer"
+        ),
+        1 => format!("1 line sent at {at} of the file was not answered, so it is unknown whether it was executed"),
+        _ => format!(
+            "{lines} lines sent at {at} of the file were not answered, so it is unknown whether they were executed"
+        ),
+    };
+    lost + "; inspect the part, then run trunnion send --resume"
 }
 
 fn strange(said: &Option<String>) -> String {
@@ -201,4 +219,22 @@ pub enum Outcome {
     EmergencyStopped,
     /// By the sender, with the reason.
     Stopped(StopReason),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::StopReason;
+
+    #[test]
+    fn a_stop_without_answers_names_lines_only_where_some_are_owed() {
+        let text = |lines, first, last| StopReason::Unaccounted { lines, first, last }.to_string();
+        for (lines, first, last, wanted) in
+            [(0, 40, 40, "after line 40"), (1, 40, 40, "1 line sent"), (5, 40, 44, "lines 40 to 44")]
+        {
+            let text = text(lines, first, last);
+            assert!(text.contains(wanted) && text.contains("--resume"), "{text}");
+        }
+        let turned = StopReason::Elsewhere { axis: 'C', found: 1.0, believed: 2.0, line: 7 }.to_string();
+        assert!(turned.contains("1.00 deg") && turned.contains("2.00 deg"), "{turned}");
+    }
 }

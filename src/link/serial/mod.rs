@@ -85,10 +85,18 @@ pub enum PortError {
         /// As asked for.
         path: PathBuf,
     },
-    /// Not a port.
-    #[error("{}: not a serial port: {why}", path.display())]
+    /// A port that the system does not open for another reason.
+    #[error("{}: cannot open the port: {why}", path.display())]
     Other {
         /// As asked for.
+        path: PathBuf,
+        /// The system's words.
+        why: String,
+    },
+    /// A pseudo-terminal for the simulated printer, or the link to it, that cannot be made.
+    #[error("{}: cannot create this link to a pseudo-terminal: {why}; use {}tcp:127.0.0.1:PORT", path.display(), if cfg!(unix) { "another path, or " } else { "" })]
+    PseudoTerminal {
+        /// The link, as asked for.
         path: PathBuf,
         /// The system's words.
         why: String,
@@ -273,7 +281,7 @@ fn open_error(path: &Path, error: &serialport::Error) -> PortError {
 /// The system calls what is no terminal "not a typewriter", and a control of it "inappropriate".
 fn plainer(why: String) -> String {
     let no_terminal = ["Not a typewriter", "Inappropriate ioctl"].iter().any(|words| why.contains(words));
-    if no_terminal { "it is a file, or a device of another kind".to_owned() } else { why }
+    if no_terminal { "it is a file or another kind of device, not a serial port".to_owned() } else { why }
 }
 
 fn port_error(path: &Path, kind: ErrorKind, why: String) -> PortError {

@@ -79,13 +79,13 @@ impl Server {
             }
             #[cfg(unix)]
             Address::Device(link) => {
-                Pty::open(link).map(Self::Pty).map_err(|e| PortError::Other { path: link.clone(), why: e.to_string() })
+                let failed = |e: std::io::Error| PortError::PseudoTerminal { path: link.clone(), why: e.to_string() };
+                Pty::open(link).map(Self::Pty).map_err(failed)
             }
             #[cfg(not(unix))]
-            Address::Device(link) => Err(PortError::Other {
-                path: link.clone(),
-                why: "pseudo-terminals are not supported on this system; use tcp:127.0.0.1:PORT".to_owned(),
-            }),
+            Address::Device(link) => {
+                Err(PortError::PseudoTerminal { path: link.clone(), why: "not supported on this system".to_owned() })
+            }
         }
     }
 

@@ -35,7 +35,7 @@ fn a_printer_that_stands_elsewhere_leaves_the_part_and_stops() {
     let (outcome, reached, z) = paused(Protocol::Marlin, 200.0);
     let Some(Outcome::Stopped(why)) = outcome else { panic!("{outcome:?}") };
     assert!(matches!(why, StopReason::Elsewhere { axis: 'X', found: 150.0, believed: 200.0, .. }), "{why}");
-    assert!(why.to_string().contains("X at 150.00") && why.to_string().contains("at 200.00"), "{why}");
+    assert!(why.to_string().contains("X at 150.00") && why.to_string().contains("expected 200.00 mm"), "{why}");
     assert!(!reached && z > 69.0, "above the part first: {z}");
 }
 

@@ -355,6 +355,12 @@ fn ports_that_are_missing_busy_or_no_ports_are_sentences() {
     refuses(&dir.path().join("nothing"), "port/missing: nothing");
     refuses(&gcode, &format!("port/other: {}", gcode.display()));
     refuses(Path::new("tcp:127.0.0.1:1"), "port/tcp: tcp:127.0.0.1:1");
+    // What is there is not made a link of.
+    let mut taken = trunnion();
+    taken.args(["simulate", "-q", "-m"]).arg(&profile).arg("--link").arg(&gcode);
+    let (done, wanted) =
+        (output(&mut taken), format!("port/pseudo-terminal: {} | tcp:127.0.0.1:PORT", gcode.display()));
+    assert!(done.status.code() == Some(4) && fails(&said(&done), &wanted), "{:?} {}", done.status, said(&done));
     let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
     let _printer = simulate(&link, &profile, &["--log", log.to_str().unwrap()]);
     let mut first = send(&gcode, &profile, &link);
