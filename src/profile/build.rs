@@ -221,12 +221,12 @@ impl Profile {
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
         let stop = |deg: Option<f64>| deg.map_or("none".to_owned(), |deg| deg.to_string());
         let range = format!("{}..{}", stop(rotation.min_deg), stop(rotation.max_deg));
-        check(
-            "kinematics.rotation.max_deg",
-            both && ordered,
-            range,
-            "min_deg..max_deg with min_deg at most max_deg, or without both",
-        )?;
+        let allowed = if both {
+            "min_deg..max_deg with min_deg at most max_deg"
+        } else {
+            "given with both min_deg and max_deg, or with neither"
+        };
+        check("kinematics.rotation.max_deg", both && ordered, range, allowed)?;
         if let Some(turns) = rotation.max_turns {
             let allowed = "absent where min_deg and max_deg are given";
             check("kinematics.rotation.max_turns", rotation.max_deg.is_none(), turns.to_string(), allowed)?;

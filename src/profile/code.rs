@@ -168,13 +168,13 @@ impl Profile {
             }
             let moves = parsed.commands.iter().any(|c| c.letter == b'G' && matches!(c.number, 0..=3 | 28));
             if unsure && moves {
-                return Err((line.to_owned(), from_the_start("before it, put")));
+                return Err((line.to_owned(), from_the_start("before this line, put")));
             }
         }
         match corrections.first() {
             Some((what, line)) => {
                 let (harm, off) = (what.harm(), what.off(firmware));
-                Err((line.clone(), format!("it {harm}; remove it, or put {off} after it")))
+                Err((line.clone(), format!("this line {harm}; remove the line, or put {off} after it")))
             }
             None if unsure => Err((String::new(), from_the_start("begin with"))),
             None => Ok(()),
@@ -305,14 +305,14 @@ mod tests {
         };
         let start = |base: &str, code: &str| with(base, "dialect", "start", code);
         for (base, code, said) in [
-            ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it makes the firmware follow the tip"),
+            ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": this line makes the firmware"),
             ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 after it"),
             ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": firmware with PENTA_AXIS may follow"),
-            ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "before it, put G49"),
+            ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "this line, put G49"),
             ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
             ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 after it"),
             ("fractal-5-pro", "G28\nPIVOT_COORD ACTIVATE=1", "put PIVOT_COORD ACTIVATE=0 after it"),
-            ("generic-ac", "G28\nG29\nM109 S{nozzle_c}", "\"G29\": it applies a bed mesh"),
+            ("generic-ac", "G28\nG29\nM109 S{nozzle_c}", "\"G29\": this line applies a bed mesh"),
             ("generic-ac", "G28\nM420 S1\nM109 S{nozzle_c}", "put M420 S0 after it"),
             ("trident-5-axis", "G28\nG29 S1\nM109 S{nozzle_c}", "put M561 after it"),
             ("fractal-5-pro", "BED_MESH_PROFILE LOAD=default", "put BED_MESH_CLEAR after it"),

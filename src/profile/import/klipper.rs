@@ -230,9 +230,9 @@ impl Config {
             .map(|entry| format!("{} = {}", entry.key, entry.value))
             .collect();
         self.notes.push(format!(
-            "{place}: do not run PIVOT_COORD ACTIVATE=1, which would apply the tilt a second time; compare {} with kinematics.pivot_mm \
-             and kinematics.offset_mm",
-            if offsets.is_empty() { "its offsets".to_owned() } else { offsets.join(", ") }
+            "{place}: do not run PIVOT_COORD ACTIVATE=1, which would apply the tilt a second time; its offsets{} count from the nozzle tip, so \
+             compare kinematics.pivot_mm and kinematics.offset_mm with them by hand",
+            if offsets.is_empty() { String::new() } else { format!(" ({})", offsets.join(", ")) }
         ));
         let tilts = |about: char| matches!(about, 'X' | 'Y');
         match axes[..] {

@@ -109,7 +109,11 @@ impl Reader {
         }
         let first = more.first().and_then(|(_, own, _)| self.defines.get(&format!("{own}_DRIVER_TYPE")));
         let at = first.map_or_else(|| self.file.place(1), |defined| defined.place.clone());
-        two(&rotary, &at, "rotary axes have an I_DRIVER_TYPE (J, K, U, V, W) and an AXIS4_ROTATES (5 to 9)")?;
+        two(
+            &rotary,
+            &at,
+            "each needs one of I_, J_, K_, U_, V_ and W_DRIVER_TYPE, and one of AXIS4_ROTATES to AXIS9_ROTATES",
+        )?;
         let mut facts = vec![Fact::new("dialect.firmware", "marlin", vec![at], "a Configuration.h of Marlin")];
         self.limits(&mut facts)?;
         let most = self.speeds(axes, speeds, accelerations, &mut facts)?;

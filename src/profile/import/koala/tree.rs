@@ -192,7 +192,7 @@ impl Tree {
             let wanted = if self.bed_axes[i] { -1.0 } else { 1.0 };
             if let Some(part) = self.parts.iter().find(|part| part.axis == Axis::Linear(i) && part.sense != wanted) {
                 let why = format!(
-                    "a larger {axis} word of part {} moves the nozzle towards lower {axis} on the plate; check invert",
+                    "part {}: a larger {axis} value moves the nozzle towards lower {axis} on the plate; check its invert",
                     part.name
                 );
                 return wrong(&part.place, why);
