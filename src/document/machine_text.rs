@@ -126,7 +126,10 @@ pub fn calibrated(result: &CalibrateResult) -> String {
             writeln!(out, "the table's rim is {mm:.3} mm (+- {error:.3}) {side} than its middle")
         }
         None => {
-            writeln!(out, "whether the table sags is unknown: the touches do not tell; add touches near its middle")
+            writeln!(
+                out,
+                "whether the table sags is unknown: these touches do not determine it; add touches near its middle"
+            )
         }
     };
     for (name, [x, y, z]) in &fit.places {

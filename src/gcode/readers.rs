@@ -58,7 +58,7 @@ pub enum Misreading {
     #[error("does not recognize a command written this way; write it as {0}")]
     Spelling(Command),
     /// Several commands of which not all that is meant is done.
-    #[error("executes {0} commands in its own order; write each on its own line")]
+    #[error("may not execute {0} commands of one line as intended; write each on its own line")]
     Several(usize),
     /// `E1:2` in a move.
     #[error("does not read a list such as E1:2 as one number; write one number")]

@@ -143,8 +143,13 @@ pub enum BadSetting {
         allowed: &'static str,
     },
     /// A grid that does not fit in memory.
-    #[error("step {step} mm makes {cubes:.3e} cubes, and at most {most:.0e} fit in memory; use --step {fits}")]
+    #[error(
+        "{name} {step} mm makes {cubes:.3e} cubes, and at most {most:.0e} fit in memory; use {}{name} {fits} or more",
+        if *.name == "step_mm" { "" } else { "--" }
+    )]
     TooFine {
+        /// The setting, or `step_mm` of a plan.
+        name: &'static str,
         /// The step, mm.
         step: f64,
         /// Cubes that it makes.

@@ -225,7 +225,7 @@ fn props(supports: &PrintSupports) -> Vec<Prop> {
 /// The columns that hold `mesh`, and the struts between them.
 fn columns(held: &HeldMesh, supports: &PrintSupports) -> Result<(Graph, Flow), BadSetting> {
     let (meshes, others): ([_; 1], Vec<_>) = ([&held.slot.mesh], held.others.iter().collect());
-    let grid = grid_over(&meshes, supports.step_mm)?;
+    let grid = grid_over(&meshes, "step_mm", supports.step_mm)?;
     let graph = Graph::among(grid, &meshes, &others, Angle::from_deg(supports.overhang_deg));
     let planned = plan(&graph, FlowMethod::Auto, CAPACITY, None, SEED, &mut |_| {});
     let flow = match supports.brace_mm {

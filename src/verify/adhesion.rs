@@ -67,7 +67,10 @@ fn objection(print: &PrintedPart<'_>, m: &TraceMove, standing: &[(usize, Section
     let [from, to] = m.ends()?;
     let level = print.levels.first()?;
     if [from, to].iter().any(|p| (p.z - level.z).abs() > LEVEL_MM) {
-        return Some(format!("of part {part} is printed at Z {:.2}, above the first layer; switch that off", to.z));
+        let (at, first) = (to.z, level.z);
+        return Some(format!(
+            "of part {part} is printed at Z {at:.2} mm, but the first layer is at Z {first:.2} mm; limit it to one layer"
+        ));
     }
     let (width, length) = (print.width(m, level), (to - from).norm());
     let count = (length / SPACING_MM).ceil().max(1.0) as usize;

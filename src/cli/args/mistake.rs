@@ -110,6 +110,8 @@ pub(in crate::cli) fn in_flags(error: &Error) -> String {
                 allowed[0], allowed[1]
             )
         }
+        // Of a plan.
+        Error::Input(InputError::Setting(bad @ BadSetting::TooFine { name: "step_mm", .. })) => bad.to_string(),
         Error::Input(InputError::Setting(bad)) => format!("--{bad}"),
         Error::Upload(UploadError::Asked(bad @ (BadInput::Key { .. } | BadInput::Name { .. }))) => bad.to_string(),
         Error::Upload(UploadError::Asked(bad)) => format!("--{bad}"),

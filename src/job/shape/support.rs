@@ -359,7 +359,7 @@ fn standing(
 fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid, BadSetting> {
     let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
     let step = options.step_mm;
-    let Some(space) = options.space_mm else { return grid_over(meshes, step) };
+    let Some(space) = options.space_mm else { return grid_over(meshes, "step", step) };
     let origin = Vec3::zeros();
     let end = origin + Vec3::from(space);
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -368,5 +368,5 @@ fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid
             return Err(BadSetting::OutsideSpace { axis: name, low, high, space: [origin[axis], end[axis]] });
         }
     }
-    fitting(origin, space, step)
+    fitting(origin, space, "step", step)
 }

@@ -193,11 +193,12 @@ impl Open {
         match tag.local_name().as_ref() {
             "object" => self.object = attribute(tag, "id")?.unwrap_or_default(),
             "volume" => {
-                let number = |name| -> Result<usize, Fault> {
+                let number = |name, expected| -> Result<usize, Fault> {
                     let text = attribute(tag, name)?.unwrap_or_default();
-                    text.parse().map_err(|_| Fault::Syntax { found: shown(&text), expected: "a triangle's number" })
+                    text.parse().map_err(|_| Fault::Syntax { found: shown(&text), expected })
                 };
-                self.begin(Ok([number("firstid")?, number("lastid")?]), None);
+                let first = number("firstid", "a triangle index as firstid")?;
+                self.begin(Ok([first, number("lastid", "a triangle index as lastid")?]), None);
             }
             "part" => {
                 let (id, word) = (attribute(tag, "id")?.unwrap_or_default(), attribute(tag, "subtype")?);

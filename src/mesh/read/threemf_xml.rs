@@ -114,7 +114,7 @@ pub(super) fn parse(text: &mut Meter<impl BufRead>, path: &str) -> Result<ModelF
                 Ok(false)
             }
             Ok(Event::End(tag)) if tag.local_name().as_ref() == "object" => {
-                file.object().and_then(|object| object.check()).map(|()| false)
+                file.object("object").and_then(|object| object.check()).map(|()| false)
             }
             // Once more: text that breaks off leaves an object unchecked.
             Ok(Event::Eof) => file.objects.values().try_for_each(|object| object.check()).map(|()| true),
@@ -173,15 +173,15 @@ impl ModelFile {
             "item" => self.items.push(reference(tag)?),
             "vertex" => {
                 let at = vertex(tag)?;
-                self.object()?.mesh.0.push(at);
+                self.object("vertex")?.mesh.0.push(at);
             }
             "triangle" => {
                 let facet = triangle(tag)?;
-                self.object()?.mesh.1.push(facet);
+                self.object("triangle")?.mesh.1.push(facet);
             }
             "component" => {
                 let component = reference(tag)?;
-                self.object()?.components.push(component);
+                self.object("component")?.components.push(component);
             }
             _ => {}
         }
@@ -191,16 +191,17 @@ impl ModelFile {
     /// What metadata says of the object around it.
     fn set(&mut self, text: &str) {
         let is_true = text.trim().eq_ignore_ascii_case("true");
-        if let (Some(role), true, Ok(object)) = (self.setting.take(), is_true, self.object()) {
+        if let (Some(role), true, Ok(object)) = (self.setting.take(), is_true, self.object("metadata")) {
             object.role = role;
         }
     }
 
-    fn object(&mut self) -> Result<&mut Object, Fault> {
+    /// The object around an element of this name.
+    fn object(&mut self, element: &str) -> Result<&mut Object, Fault> {
         self.objects
             .get_mut(&self.current)
             .map(Rc::make_mut)
-            .ok_or(Fault::Syntax { found: "mesh or component".to_owned(), expected: "an object around it" })
+            .ok_or_else(|| Fault::Syntax { found: element.to_owned(), expected: "an object element first" })
     }
 }
 

@@ -230,7 +230,9 @@ impl Objective for Supported {
     fn unproved(&self, facets: &Facets) -> Option<String> {
         let (name, count) = (self.name(), facets.each.len());
         self.is_large(facets).then(|| {
-            format!("{name} has no bound from {FIELD_FACETS} facets on, and there are {count}; support-volume-column has one")
+            format!(
+                "no lower bound is computed for {name} at {FIELD_FACETS} facets or more, and this part has {count}; support-volume-column has one"
+            )
         })
     }
 }
