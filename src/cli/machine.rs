@@ -1,21 +1,46 @@
-//! `trunnion machine jog`
+//! `trunnion machine read|jog`
 
 use std::cell::RefCell;
 use std::io::BufRead;
 
-use super::args::{Jog, Machine as Verb};
+use super::args::{Jog, Machine as Verb, Read};
+use super::profile::imported;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::{JogQuestion, Seen};
 use crate::document::{self, text};
-use crate::job::{self, JogRequest};
+use crate::job::{self, ImportProfile, JogRequest, MachineAt};
 use crate::link::serial::Address;
 use crate::profile::Profile;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match args {
+        Verb::Read(args) => read(args, console),
         Verb::Jog(args) => jog(args, console),
     }
+}
+
+fn read(args: &Read, console: &Console) -> Result<(), Failure> {
+    let (world, given) = (console.world(), &args.answers);
+    let like = args.like.as_deref();
+    let mut outputs = outputs(given.answers.as_deref().into_iter().chain(like.and_then(profile_file).as_deref()));
+    let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
+    let name = args.name.clone().or_else(stem).unwrap_or_else(|| "machine".to_owned());
+    let at = match (&args.port, &args.host) {
+        (Some(port), _) => MachineAt::Port { address: Address::parse(port), baud: args.baud },
+        (None, host) => MachineAt::Server {
+            address: job::server_address(host.as_deref().unwrap_or_default(), &world)?,
+            key: job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?,
+            silence: std::time::Duration::from_secs(args.timeout),
+            fingerprint: args.fingerprint,
+        },
+    };
+    let said = job::read_machine(&at, &format!("{name}.answers.txt"), &world)?;
+    let bytes = said.bytes(&world)?.into_owned();
+    let (files, like) = (vec![said], like.map(Into::into));
+    let request = ImportProfile { files, name: Some(name), like, answers: given.told() };
+    let place = imported(request, given, &mut outputs, console)?;
+    Ok(outputs.claim(&place.with_extension("answers.txt"))?.write(&bytes)?)
 }
 
 fn jog(args: &Jog, console: &Console) -> Result<(), Failure> {

@@ -11,7 +11,7 @@ use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
 use crate::document::{self, text};
-use crate::job::{self, PictureFile};
+use crate::job::{self, Outputs, PictureFile};
 use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source};
 use crate::profile::SHIPPED;
 
@@ -58,7 +58,6 @@ fn new(args: &New, console: &Console) -> Result<(), Failure> {
 }
 
 fn import(args: &Import, console: &Console) -> Result<(), Failure> {
-    let world = console.world();
     let given = &args.answers;
     let like = args.like.as_deref();
     let read = args.files.iter().chain(&given.answers).map(PathBuf::as_path);
@@ -66,7 +65,18 @@ fn import(args: &Import, console: &Console) -> Result<(), Failure> {
     let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
     let files = args.files.iter().map(Source::from).collect();
     let (name, like) = (args.name.clone().or_else(stem), like.map(Into::into));
-    let mut request = ImportProfile { files, name, like, answers: given.told() };
+    let request = ImportProfile { files, name, like, answers: given.told() };
+    imported(request, given, &mut outputs, console).map(drop)
+}
+
+/// The profile that `request` comes to, written; asks what is open where somebody can answer.
+pub(super) fn imported(
+    mut request: ImportProfile,
+    given: &Given,
+    outputs: &mut Outputs,
+    console: &Console,
+) -> Result<PathBuf, Failure> {
+    let world = console.world();
     if asks(given, console) {
         let base = |key: &str| (!job::REQUIRED_KEYS.contains(&key)).then_some("the base profile");
         let shown = |key: &str, question: &str| console.note(&text::question(key, question, base(key)));
@@ -74,10 +84,10 @@ fn import(args: &Import, console: &Console) -> Result<(), Failure> {
     }
     let made = job::import_profile(&request, &world)?;
     let text = |folder: &Path| made.text(Some(folder), &world);
-    let place = job::keep_profile(&made.name, given.output.as_deref(), &mut outputs, text, &world)?;
+    let place = job::keep_profile(&made.name, given.output.as_deref(), outputs, text, &world)?;
     made.notes.iter().chain(&made.refusals).for_each(|text| console.warning(text));
     told(&place, console, || document::profile_imported(&made, &place));
-    Ok(())
+    Ok(place)
 }
 
 fn asks(given: &Given, console: &Console) -> bool {

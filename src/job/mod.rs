@@ -8,6 +8,7 @@
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
 //! CalibrateRequest --calibrate--> CalibrateResult{fit}                  a machine's numbers from touches; PosesRequest: which to make
 //! JogRequest     --jog--> JogResult{jogged}                            which axis of a connected machine does what
+//! MachineAt      --read_machine--> Source                              what a connected machine says of itself, for import_profile
 //! ImportProfile  --import_profile--> ImportedProfile                   a machine from the configuration of its firmware
 //! PackRequest    --pack--> PackResult{plates}                              models in as few runs as there must be, or the most value in one
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
@@ -81,8 +82,9 @@ pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Sh
 pub use error::Error;
 pub use machine::{
     Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, JogChange,
-    JogRequest, JogResult, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS, REQUIRED_KEYS,
-    Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile, poses,
+    JogRequest, JogResult, MachineAt, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS,
+    REQUIRED_KEYS, Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile, poses,
+    read_machine,
 };
 pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,

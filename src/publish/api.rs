@@ -6,6 +6,7 @@ use super::UploadFigures;
 use super::address::{Key, ServerAddress};
 use super::fault::ServerFault;
 use super::fingerprint::Fingerprint;
+use super::line::Reached;
 use crate::gcode::meaning::Firmware;
 
 /// A file on its way.
@@ -36,6 +37,19 @@ pub struct Delivery<'a> {
     pub fingerprint: Option<Fingerprint>,
     /// Whose words the file is in; `None` where nobody knows.
     pub firmware: Option<Firmware>,
+}
+
+impl Delivery<'_> {
+    pub(super) fn reached(&self) -> Reached<'_> {
+        Reached {
+            address: &self.address,
+            key: self.key.as_ref(),
+            silence: self.silence,
+            fingerprint: self.fingerprint,
+            bytes: self.file.len() as u64,
+            start: self.start,
+        }
+    }
 }
 
 /// What became of it.

@@ -24,11 +24,11 @@ const PAUSE: Duration = Duration::from_secs(2);
 ///
 /// [`PublishError`]; nothing of the file is there then unless it says so.
 pub fn deliver(job: &Delivery<'_>, web: &dyn Web, sent: &dyn Fn(usize)) -> Result<Delivered, PublishError> {
-    let line = Line { job, web };
+    let line = Line { to: job.reached(), web };
     let mut api: Box<dyn Api + '_> = match job.address.kind {
-        Kind::OctoPrint => Box::new(OctoPrint(line)),
-        Kind::Moonraker => Box::new(Moonraker(line)),
-        Kind::Duet => Box::new(Duet(line)),
+        Kind::OctoPrint => Box::new(OctoPrint(line, job)),
+        Kind::Moonraker => Box::new(Moonraker(line, job)),
+        Kind::Duet => Box::new(Duet(line, job)),
     };
     let mut left = false;
     let entered = api.enter();

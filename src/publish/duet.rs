@@ -7,11 +7,25 @@ use serde_json::Value;
 
 use super::UploadFigures;
 use super::address::Key;
-use super::api::{Api, Kept, State};
+use super::api::{Api, Delivery, Kept, State};
 use super::fault::ServerFault;
 use super::line::{Line, Question, escaped};
 
-pub(super) struct Duet<'a>(pub(super) Line<'a>);
+pub(super) struct Duet<'a>(pub(super) Line<'a>, pub(super) &'a Delivery<'a>);
+
+/// Begins a session.
+pub(super) fn enter(line: &Line<'_>) -> Result<(), ServerFault> {
+    let key = line.to.key;
+    let password = key.map_or(NO_PASSWORD, Key::secret);
+    let answer = line.read("/rr_connect", &format!("/rr_connect?password={}", escaped(password)))?;
+    match answer["err"].as_i64() {
+        Some(0) => Ok(()),
+        Some(1) if key.is_none() => Err(ServerFault::NoKey),
+        Some(1) => Err(ServerFault::WrongKey { kind: line.to.address.kind, start: line.to.start }),
+        Some(2) => Err(ServerFault::Busy),
+        _ => Err(ServerFault::Page { what: "/rr_connect", kind: line.to.address.kind }),
+    }
+}
 
 /// The password of a board that has none.
 const NO_PASSWORD: &str = "reprap";
@@ -19,7 +33,7 @@ const NO_PASSWORD: &str = "reprap";
 impl Duet<'_> {
     /// The file on its card.
     fn file(&self) -> String {
-        format!("0:/gcodes/{}", self.0.job.name)
+        format!("0:/gcodes/{}", self.1.name)
     }
 
     fn path(&self, request: &str) -> String {
@@ -39,16 +53,7 @@ impl Duet<'_> {
 
 impl Api for Duet<'_> {
     fn enter(&mut self) -> Result<(), ServerFault> {
-        let key = self.0.job.key.as_ref();
-        let password = key.map_or(NO_PASSWORD, Key::secret);
-        let answer = self.0.read("/rr_connect", &format!("/rr_connect?password={}", escaped(password)))?;
-        match answer["err"].as_i64() {
-            Some(0) => Ok(()),
-            Some(1) if key.is_none() => Err(ServerFault::NoKey),
-            Some(1) => Err(ServerFault::WrongKey { kind: self.0.job.address.kind, start: self.0.job.start }),
-            Some(2) => Err(ServerFault::Busy),
-            _ => Err(ServerFault::Page { what: "/rr_connect", kind: self.0.job.address.kind }),
-        }
+        enter(&self.0)
     }
 
     fn free(&self) -> Result<Option<u64>, ServerFault> {
@@ -60,7 +65,7 @@ impl Api for Duet<'_> {
     }
 
     fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
-        let (what, job) = ("the upload", self.0.job);
+        let (what, job) = ("the upload", self.1);
         let path = format!("{}&crc32={:08x}", self.path("rr_upload"), crc32fast::hash(job.file));
         let question = Question::post(path, "application/octet-stream", vec![job.file]);
         let answer = self.0.good(what, self.0.once(question, sent)?)?;
@@ -75,7 +80,7 @@ impl Api for Duet<'_> {
     fn remove(&self) -> Result<(), ServerFault> {
         match self.0.read("the request to delete the file", &self.path("rr_delete"))?["err"].as_i64() {
             Some(0) => Ok(()),
-            _ => Err(ServerFault::NotDeleted { name: self.0.job.name.clone() }),
+            _ => Err(ServerFault::NotDeleted { name: self.1.name.clone() }),
         }
     }
 

@@ -178,6 +178,9 @@ pub enum ServerFault {
         /// The name that was asked for.
         name: String,
     },
+    /// A server that knows nothing of the machine's settings.
+    #[error("OctoPrint does not know the printer's settings; stop it, and read them with --port")]
+    NoConfiguration,
     /// A file that is to go, and stays.
     #[error("it did not delete the file {name}; delete it there")]
     NotDeleted {

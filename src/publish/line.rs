@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::address::{Key, Kind};
-use super::api::Delivery;
+use super::address::{Key, Kind, ServerAddress};
 use super::fault::ServerFault;
+use super::fingerprint::Fingerprint;
 use super::web::{Ask, HttpMethod, ServerAnswer, Trouble, Web};
 
 /// More than this no answer has that is not a file.
@@ -16,9 +16,24 @@ const PAUSES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(3)];
 /// So much of a server's own words is passed on.
 const WORDS: usize = 160;
 
+/// A server, and what is asked of it.
+#[derive(Clone, Copy)]
+pub(super) struct Reached<'a> {
+    pub(super) address: &'a ServerAddress,
+    pub(super) key: Option<&'a Key>,
+    /// How long it may say nothing.
+    pub(super) silence: Duration,
+    /// The only certificate that is taken; `None`: what this computer's authorities vouch for.
+    pub(super) fingerprint: Option<Fingerprint>,
+    /// Bytes of the file that goes there; 0 for none.
+    pub(super) bytes: u64,
+    /// Whether a print is to begin.
+    pub(super) start: bool,
+}
+
 /// The line.
 pub(super) struct Line<'a> {
-    pub(super) job: &'a Delivery<'a>,
+    pub(super) to: Reached<'a>,
     pub(super) web: &'a dyn Web,
 }
 
@@ -52,19 +67,19 @@ impl Line<'_> {
         if let Some(key) = self.header_key() {
             headers.push(("X-Api-Key", key.to_owned()));
         }
-        let url = format!("{}{}", self.job.address.url(), question.path);
-        let (silence, most) = (self.job.silence, question.most);
-        let (fingerprint, method, body) = (self.job.fingerprint, question.method, question.body);
+        let url = format!("{}{}", self.to.address.url(), question.path);
+        let (silence, most) = (self.to.silence, question.most);
+        let (fingerprint, method, body) = (self.to.fingerprint, question.method, question.body);
         let ask = Ask { method, url, headers, body, most, silence, fingerprint };
         let answer = self.web.ask(&ask, sent).map_err(|trouble| self.fault(trouble))?;
         match answer.status {
             300..=399 => Err(ServerFault::Moved { to: elsewhere(answer.location.as_deref()) }),
             // None of the three asks so: what stands before it does.
             401 if let Some(login) = &answer.challenge => Err(ServerFault::Login { login: plain(login) }),
-            401 | 403 if self.job.key.is_none() => Err(ServerFault::NoKey),
-            401 | 403 => Err(ServerFault::WrongKey { kind: self.job.address.kind, start: self.job.start }),
-            413 => Err(ServerFault::TooLarge { bytes: self.job.file.len() as u64 }),
-            507 => Err(ServerFault::Full { free: None, needs: self.job.file.len() as u64 }),
+            401 | 403 if self.to.key.is_none() => Err(ServerFault::NoKey),
+            401 | 403 => Err(ServerFault::WrongKey { kind: self.to.address.kind, start: self.to.start }),
+            413 => Err(ServerFault::TooLarge { bytes: self.to.bytes }),
+            507 => Err(ServerFault::Full { free: None, needs: self.to.bytes }),
             _ => Ok(answer),
         }
     }
@@ -80,12 +95,12 @@ impl Line<'_> {
 
     /// Reads what must be there.
     pub(super) fn read(&self, what: &'static str, path: &str) -> Result<Value, ServerFault> {
-        self.look(what, path)?.ok_or(ServerFault::Page { what, kind: self.job.address.kind })
+        self.look(what, path)?.ok_or(ServerFault::Page { what, kind: self.to.address.kind })
     }
 
     /// The bytes of a file as large as ours.
     pub(super) fn fetch(&self, path: &str) -> Result<Vec<u8>, ServerFault> {
-        let (what, most) = ("a download", self.job.file.len() as u64 + 1);
+        let (what, most) = ("a download", self.to.bytes + 1);
         let get = || Question { most, ..Question::get(path.to_owned()) };
         Ok(self.patiently(|| self.good(what, self.once(get(), &|_| {})?))?.body)
     }
@@ -111,10 +126,10 @@ impl Line<'_> {
 
     /// The data of an answer; Moonraker wraps it.
     pub(super) fn value(&self, what: &'static str, answer: &ServerAnswer) -> Result<Value, ServerFault> {
-        let page = ServerFault::Page { what, kind: self.job.address.kind };
+        let page = ServerFault::Page { what, kind: self.to.address.kind };
         let value: Value = serde_json::from_slice(&answer.body).map_err(|_| page.clone())?;
         match value {
-            Value::Object(mut all) if self.job.address.kind == Kind::Moonraker => {
+            Value::Object(mut all) if self.to.address.kind == Kind::Moonraker => {
                 Ok(all.remove("result").unwrap_or(Value::Object(all)))
             }
             Value::Object(_) => Ok(value),
@@ -130,7 +145,7 @@ impl Line<'_> {
         let text = String::from_utf8_lossy(&answer.body);
         let page = text.trim_start().starts_with('<');
         let said = said.unwrap_or(if page { "" } else { text.lines().next().unwrap_or_default() });
-        let said = match &self.job.key {
+        let said = match self.to.key {
             Some(key) => said.replace(key.secret(), "..."),
             None => said.to_owned(),
         };
@@ -139,19 +154,19 @@ impl Line<'_> {
 
     fn header_key(&self) -> Option<&str> {
         // A Duet takes its password once, on entering.
-        let takes = self.job.address.kind != Kind::Duet;
-        self.job.key.as_ref().filter(|_| takes).map(Key::secret)
+        let takes = self.to.address.kind != Kind::Duet;
+        self.to.key.filter(|_| takes).map(Key::secret)
     }
 
     fn fault(&self, trouble: Trouble) -> ServerFault {
         match trouble {
             Trouble::Away { why } => ServerFault::Away { why },
-            Trouble::Silent => ServerFault::Silent { seconds: self.job.silence.as_secs() },
+            Trouble::Silent => ServerFault::Silent { seconds: self.to.silence.as_secs() },
             Trouble::Closed => ServerFault::Closed,
-            Trouble::Tls { why } => ServerFault::Tls { why, pinned: self.job.fingerprint.is_some() },
+            Trouble::Tls { why } => ServerFault::Tls { why, pinned: self.to.fingerprint.is_some() },
             Trouble::Plain => ServerFault::Plain,
             Trouble::Garbled { why } => ServerFault::Garbled { why },
-            Trouble::TooMuch => ServerFault::Page { what: "a question", kind: self.job.address.kind },
+            Trouble::TooMuch => ServerFault::Page { what: "a question", kind: self.to.address.kind },
         }
     }
 }

@@ -38,6 +38,7 @@
 
 mod address;
 mod api;
+mod configuration;
 mod deliver;
 mod duet;
 mod fault;
@@ -52,6 +53,7 @@ mod web;
 
 pub use address::{BadInput, Key, Kind, ServerAddress, file_name};
 pub use api::{Delivered, Delivery};
+pub use configuration::{Inquiry, configuration};
 pub use deliver::deliver;
 pub use fault::{PublishError, ServerFault};
 pub use fingerprint::Fingerprint;

@@ -4,17 +4,17 @@
 //! file, of slicers that it knows: `gcode::marks::Totals` writes them.
 
 use super::UploadFigures;
-use super::api::{Api, Kept, State};
+use super::api::{Api, Delivery, Kept, State};
 use super::fault::ServerFault;
 use super::form::Form;
 use super::line::{Line, Question};
 use super::web::HttpMethod;
 
-pub(super) struct Moonraker<'a>(pub(super) Line<'a>);
+pub(super) struct Moonraker<'a>(pub(super) Line<'a>, pub(super) &'a Delivery<'a>);
 
 impl Moonraker<'_> {
     fn file(&self) -> String {
-        format!("/server/files/gcodes/{}", self.0.job.name)
+        format!("/server/files/gcodes/{}", self.1.name)
     }
 
     fn folder(&self) -> Result<serde_json::Value, ServerFault> {
@@ -26,7 +26,7 @@ impl Api for Moonraker<'_> {
     fn enter(&mut self) -> Result<(), ServerFault> {
         let info = self.0.read("/server/info", "/server/info")?;
         let named = info.get("klippy_state").is_some() || info.get("moonraker_version").is_some();
-        if named { Ok(()) } else { Err(ServerFault::Page { what: "/server/info", kind: self.0.job.address.kind }) }
+        if named { Ok(()) } else { Err(ServerFault::Page { what: "/server/info", kind: self.0.to.address.kind }) }
     }
 
     fn free(&self) -> Result<Option<u64>, ServerFault> {
@@ -35,13 +35,13 @@ impl Api for Moonraker<'_> {
 
     fn kept(&self) -> Result<Option<Kept>, ServerFault> {
         let folder = self.folder()?;
-        let named = |file: &&serde_json::Value| file["filename"].as_str() == Some(&self.0.job.name);
+        let named = |file: &&serde_json::Value| file["filename"].as_str() == Some(&self.1.name);
         let file = folder["files"].as_array().into_iter().flatten().find(named);
         Ok(file.map(|file| Kept { bytes: file["size"].as_u64().unwrap_or_default(), sha1: None }))
     }
 
     fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
-        let (what, job) = ("the upload", self.0.job);
+        let (what, job) = ("the upload", self.1);
         let form = Form::of(&[("root", "gcodes"), ("checksum", &job.sha256)], &job.name, &job.sha256);
         let question = Question::post("/server/files/upload".to_owned(), &form.kind(), form.body(job.file));
         let answer = self.0.once(question, sent)?;
@@ -84,12 +84,12 @@ impl Api for Moonraker<'_> {
 
     fn start(&self) -> Result<(), ServerFault> {
         let what = "the request to start the print";
-        let path = format!("/printer/print/start?filename={}", self.0.job.name);
+        let path = format!("/printer/print/start?filename={}", self.1.name);
         self.0.good(what, self.0.once(Question::post(path, "application/json", Vec::new()), &|_| {})?).map(drop)
     }
 
     fn shown(&self) -> Result<UploadFigures, ServerFault> {
-        let path = format!("/server/files/metadata?filename={}", self.0.job.name);
+        let path = format!("/server/files/metadata?filename={}", self.1.name);
         let Some(file) = self.0.look("the request for the file's metadata", &path)? else {
             return Ok(UploadFigures::default());
         };

@@ -6,22 +6,22 @@
 use serde_json::{Value, json};
 
 use super::UploadFigures;
-use super::api::{Api, Kept, State};
+use super::api::{Api, Delivery, Kept, State};
 use super::fault::ServerFault;
 use super::form::Form;
 use super::line::{Line, Question, plain};
 use super::web::HttpMethod;
 
-pub(super) struct OctoPrint<'a>(pub(super) Line<'a>);
+pub(super) struct OctoPrint<'a>(pub(super) Line<'a>, pub(super) &'a Delivery<'a>);
 
 impl OctoPrint<'_> {
     fn file(&self) -> String {
-        format!("/api/files/local/{}", self.0.job.name)
+        format!("/api/files/local/{}", self.1.name)
     }
 
     /// Our own figures, kept with the file.
     fn userdata(&self) -> String {
-        let (job, stated) = (self.0.job, self.0.job.stated);
+        let (job, stated) = (self.1, self.1.stated);
         let own = json!({
             "sha256": job.sha256, "verified": job.verified, "seconds_print": stated.seconds, "filament_mm": stated.filament_mm,
             "layers": stated.layers,
@@ -34,7 +34,7 @@ impl Api for OctoPrint<'_> {
     fn enter(&mut self) -> Result<(), ServerFault> {
         let version = self.0.read("/api/version", "/api/version")?;
         let named = version["text"].as_str().is_some_and(|text| text.starts_with("OctoPrint"));
-        if named { Ok(()) } else { Err(ServerFault::Page { what: "/api/version", kind: self.0.job.address.kind }) }
+        if named { Ok(()) } else { Err(ServerFault::Page { what: "/api/version", kind: self.0.to.address.kind }) }
     }
 
     /// As its connection's M115 has it; only a key with the right to see the system is told.
@@ -54,7 +54,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
-        let (job, userdata) = (self.0.job, self.userdata());
+        let (job, userdata) = (self.1, self.userdata());
         let once = if job.replace { "false" } else { "true" };
         let form = Form::of(&[("noOverwrite", once), ("userdata", &userdata)], &job.name, &job.sha256);
         let what = "the upload";
@@ -68,7 +68,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn fetch(&self) -> Result<Vec<u8>, ServerFault> {
-        self.0.fetch(&format!("/downloads/files/local/{}", self.0.job.name))
+        self.0.fetch(&format!("/downloads/files/local/{}", self.1.name))
     }
 
     fn remove(&self) -> Result<(), ServerFault> {

@@ -19,23 +19,23 @@ use crate::support::{Numbers, fails, folder, note, said, seeds, trunnion, wait_f
 
 /// A machine as it is.
 #[derive(Clone, Debug)]
-struct Real {
-    base: &'static str,
-    letters: [char; 2],
-    about: char,
-    directions: [i32; 2],
+pub(crate) struct Real {
+    pub(crate) base: &'static str,
+    pub(crate) letters: [char; 2],
+    pub(crate) about: char,
+    pub(crate) directions: [i32; 2],
     /// The tilt's word at level.
-    level: f64,
+    pub(crate) level: f64,
     /// Quarter turns by which the person does not stand in front.
-    stand: u8,
+    pub(crate) stand: u8,
     /// Whether Y runs the wrong way.
-    mirrored: bool,
+    pub(crate) mirrored: bool,
     /// Whether Z does.
-    sunk: bool,
+    pub(crate) sunk: bool,
 }
 
 impl Real {
-    fn profile(&self) -> String {
+    pub(crate) fn profile(&self) -> String {
         let Self { base, letters: [tilt, rotation], about, directions: [up, round], level, .. } = self;
         format!(
             "extends = \"{base}\"\n[kinematics.tilt]\nletter = \"{tilt}\"\nabout = \"{about}\"\ndirection = {up}\nzero_deg = {level:?}\n\
@@ -90,7 +90,7 @@ impl Real {
 
 /// What the simulated printer logs, to be read while it runs.
 #[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<u8>>>);
+pub(crate) struct Log(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Log {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
@@ -136,7 +136,7 @@ fn by_hand(address: &Address, lines: &[&str]) {
 }
 
 /// Runs a printer as `real` is, and hands its address and log to `with`.
-fn printer<T>(real: &Real, folder: &Path, with: impl FnOnce(&Address, &Log) -> T) -> T {
+pub(crate) fn printer<T>(real: &Real, folder: &Path, with: impl FnOnce(&Address, &Log) -> T) -> T {
     let own = folder.join("real.toml");
     std::fs::write(&own, real.profile()).unwrap();
     let world = World::here(&Silent);
@@ -161,16 +161,17 @@ fn printer<T>(real: &Real, folder: &Path, with: impl FnOnce(&Address, &Log) -> T
     })
 }
 
-/// The test of a machine that `believed` describes and that is `real`; `answer` may say something else than what is seen.
-fn tried(
-    real: &Real,
-    believed: &str,
-    folder: &Path,
-    answer: &dyn Fn(&JogQuestion, Seen) -> Option<Seen>,
-) -> Result<JogResult, MachineError> {
-    let own = folder.join("mine.toml");
-    std::fs::write(&own, believed).unwrap();
-    printer(real, folder, |address, log| {
+/// Whoever stands by a machine that is `real`, has made it ready, and looks.
+pub(crate) struct Person<'a> {
+    real: &'a Real,
+    log: &'a Log,
+    /// Moves that ended before the test.
+    before: usize,
+    moved: Mutex<usize>,
+}
+
+impl<'a> Person<'a> {
+    pub(crate) fn at(real: &'a Real, address: &Address, log: &'a Log) -> Self {
         let (home, wait) = if real.base == "grblhal-ac" { ("$H", "G4 P0.01") } else { ("G28", "M400") };
         let (level, tilt) = (real.level, real.letters[0]);
         let room = resolve("x.toml", &real.profile()).unwrap().0.limits;
@@ -182,38 +183,52 @@ fn tried(
         let there = [x, y, z, level];
         let stands = |at: &[f64; 5]| at.iter().zip(&there).all(|(at, there)| (at - there).abs() < 1e-3);
         wait_for("the machine", || log.poses().last().is_some_and(stands));
-        let before = log.poses().len();
-        let moved = Mutex::new(0);
-        let ask = |question: &JogQuestion, _: &_| {
-            let seen = match question.subject {
-                JogSubject::Ready => Seen::Yes,
-                JogSubject::Level => {
-                    let at = log.poses().last().unwrap()[3];
-                    if (at - level).abs() < 1e-3 { Seen::Yes } else { Seen::No }
+        Self { real, log, before: log.poses().len(), moved: Mutex::new(0) }
+    }
+
+    pub(crate) fn answers(&self, question: &JogQuestion) -> Seen {
+        let seen = match question.subject {
+            JogSubject::Ready => Seen::Yes,
+            JogSubject::Level => {
+                let at = self.log.poses().last().unwrap()[3];
+                if (at - self.real.level).abs() < 1e-3 { Seen::Yes } else { Seen::No }
+            }
+            JogSubject::Way | JogSubject::Table | JogSubject::Amount => {
+                let mut moved = self.moved.lock().unwrap();
+                *moved += 1;
+                // Every step before it went there and back.
+                let want = self.before + 2 * *moved - 1;
+                wait_for("the move", || self.log.poses().len() >= want);
+                let (poses, mut by) = (self.log.poses(), [0.0; 5]);
+                by.iter_mut().enumerate().for_each(|(i, by)| *by = poses[want - 1][i] - poses[want - 2][i]);
+                match (question.subject, self.real.looks(by)) {
+                    (JogSubject::Amount, Seen::Nothing) => Seen::No,
+                    (JogSubject::Amount, _) => Seen::Yes,
+                    (_, seen) => seen,
                 }
-                JogSubject::Way | JogSubject::Table | JogSubject::Amount => {
-                    let mut moved = moved.lock().unwrap();
-                    *moved += 1;
-                    // Every step before it went there and back.
-                    let want = before + 2 * *moved - 1;
-                    wait_for("the move", || log.poses().len() >= want);
-                    let (poses, mut by) = (log.poses(), [0.0; 5]);
-                    by.iter_mut().enumerate().for_each(|(i, by)| *by = poses[want - 1][i] - poses[want - 2][i]);
-                    match (question.subject, real.looks(by)) {
-                        (JogSubject::Amount, Seen::Nothing) => Seen::No,
-                        (JogSubject::Amount, _) => Seen::Yes,
-                        (_, seen) => seen,
-                    }
-                }
-            };
-            assert!(question.answers.contains(&seen), "{question:?} {seen:?}");
-            answer(question, seen)
+            }
         };
+        assert!(question.answers.contains(&seen), "{question:?} {seen:?}");
+        seen
+    }
+}
+
+/// The test of a machine that `believed` describes and that is `real`; `answer` may say something else than what is seen.
+fn tried(
+    real: &Real,
+    believed: &str,
+    folder: &Path,
+    answer: &dyn Fn(&JogQuestion, Seen) -> Option<Seen>,
+) -> Result<JogResult, MachineError> {
+    let own = folder.join("mine.toml");
+    std::fs::write(&own, believed).unwrap();
+    printer(real, folder, |address, log| {
+        let person = Person::at(real, address, log);
         let request = JogRequest { machine: own.to_str().unwrap().into(), address: address.clone(), baud: None };
-        let done = jog(&request, &ask, &World::here(&Silent));
+        let done = jog(&request, &|question, _| answer(question, person.answers(question)), &World::here(&Silent));
         // Whatever came of it, every axis is back where it was.
         if done.as_ref().err().is_none_or(|error| error.code() != "job/answer") {
-            wait_for("the way back", || log.poses().last() == log.poses().get(before - 1));
+            wait_for("the way back", || log.poses().last() == log.poses().get(person.before - 1));
         }
         done
     })
@@ -223,9 +238,9 @@ fn honest(_: &JogQuestion, seen: Seen) -> Option<Seen> {
     Some(seen)
 }
 
-const BASES: [&str; 4] = ["generic-ac", "trident-5-axis", "grblhal-ac", "fractal-5-pro"];
+pub(crate) const BASES: [&str; 4] = ["generic-ac", "trident-5-axis", "grblhal-ac", "fractal-5-pro"];
 
-fn drawn(seed: u64) -> Real {
+pub(crate) fn drawn(seed: u64) -> Real {
     let mut random = Numbers::seeded(seed);
     let mut below = |n: usize| (random.between(0.0, n as f64) as usize).min(n - 1);
     let base = BASES[below(4)];

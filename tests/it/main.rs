@@ -34,6 +34,7 @@ mod link;
 mod linuxcnc;
 mod linuxcnc_print;
 mod loose;
+mod machine_read;
 mod machines;
 mod memory;
 mod messages;

@@ -7,6 +7,7 @@ use crate::input::InputError;
 use crate::job::printer::PrinterError;
 use crate::location::Location;
 use crate::profile::{HeadFault, ImportError};
+use crate::publish::PublishError;
 
 /// Why a machine is not described, measured or rehearsed.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
@@ -63,6 +64,14 @@ pub enum MachineError {
     /// A printer that cannot be had, or does not answer.
     #[error(transparent)]
     Printer(#[from] PrinterError),
+    /// A server that does not tell of its machine.
+    #[error(transparent)]
+    Server(#[from] PublishError),
+    /// A firmware that tells none of its settings over a port.
+    #[error(
+        "Klipper does not tell its configuration over this port; read it with --host moonraker:URL, or pass printer.cfg to trunnion profile import"
+    )]
+    Speechless,
     /// A test of the axes that tells nothing.
     #[error(transparent)]
     Jog(#[from] JogFault),
@@ -85,6 +94,7 @@ impl MachineError {
             Self::Touches(error) => error.into(),
             Self::Printer(error) => error.code(),
             Self::Jog(error) => error.into(),
+            Self::Server(error) => (&error.fault).into(),
             own => own.into(),
         }
     }

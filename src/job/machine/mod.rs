@@ -7,6 +7,7 @@ mod error;
 mod import;
 mod jog;
 mod new;
+mod read;
 
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
 pub use check::{CheckedProfile, Tilted, check_profile};
@@ -15,3 +16,4 @@ pub use error::MachineError;
 pub use import::{ImportProfile, ImportedProfile, REQUIRED_KEYS, import_profile};
 pub use jog::{JogChange, JogRequest, JogResult, jog};
 pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
+pub use read::{MachineAt, read_machine};

@@ -10,6 +10,7 @@ mod koala;
 mod linuxcnc;
 mod marlin;
 mod reprap;
+mod said;
 mod stated;
 
 pub use stated::{Contradiction, Fact, File, ImportError, Rotary, Shelf, Stated, StatedAt};
@@ -62,9 +63,13 @@ enum Kind {
     Marlin,
     Hal,
     Koala,
+    /// Answers of a connected machine.
+    MarlinSaid,
+    RepRapSaid,
+    GrblSaid,
 }
 
-const LOOKED_FOR: &str = "searched for the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), lines of M584, M208 or M669 (RepRapFirmware's config.g), #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h), and {\"_version\": .., \"limits\": ..} (the machine.json of Koala's simulator)";
+const LOOKED_FOR: &str = "searched for the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), lines of M584, M208 or M669 (RepRapFirmware's config.g), #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h), {\"_version\": .., \"limits\": ..} (the machine.json of Koala's simulator), and answers to M115, M503 or $I";
 
 /// Whether a line is one of those that every Marlin has in the one or the other of its two files.
 fn defines(line: &str) -> bool {
@@ -81,6 +86,9 @@ fn defines(line: &str) -> bool {
 
 impl Kind {
     fn of(text: &str) -> Option<Self> {
+        if let Some(said) = Self::said(text) {
+            return Some(said);
+        }
         if text.trim_start().starts_with('{') {
             let keys = ["\"_version\"", "\"limits\"", "\"proxies\""];
             return keys.iter().any(|key| text.contains(key)).then_some(Self::Koala);
@@ -115,6 +123,19 @@ impl Kind {
         }
     }
 
+    /// What a machine says of itself, as [`said`] reads it.
+    fn said(text: &str) -> Option<Self> {
+        if let Some((_, name)) = text.split_once("FIRMWARE_NAME:") {
+            let name = name.trim_start().to_ascii_lowercase();
+            let klipper = ["klipper", "kalico"].iter().any(|word| name.starts_with(word));
+            let said = if name.starts_with("reprapfirmware") { Self::RepRapSaid } else { Self::MarlinSaid };
+            return (!klipper).then_some(said);
+        }
+        let lines = text.lines().map(|line| line.trim().trim_start_matches("Recv:").trim_start());
+        let numbered = |line: &str| line.starts_with("[AXS:") || line.starts_with("$110=");
+        lines.into_iter().any(numbered).then_some(Self::GrblSaid)
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::LinuxCnc | Self::Hal => "a LinuxCNC file",
@@ -122,6 +143,7 @@ impl Kind {
             Self::RepRap => "a RepRapFirmware file",
             Self::Marlin => "a Marlin file",
             Self::Koala => "a file of Koala's simulator",
+            Self::MarlinSaid | Self::RepRapSaid | Self::GrblSaid => "what a machine says of itself",
         }
     }
 }
@@ -161,10 +183,25 @@ pub fn import(files: &[File], motors: Option<&[String; 2]>, shelf: &dyn Shelf) -
         Some(Kind::RepRap) => reprap::read(files, shelf),
         Some(Kind::Marlin) => marlin::read(files, shelf),
         Some(Kind::Koala) => koala::read(files),
+        Some(Kind::MarlinSaid) => said::marlin(alone(files)?),
+        Some(Kind::RepRapSaid) => reprap::said(alone(files)?),
+        Some(Kind::GrblSaid) => said::grbl(alone(files)?),
         _ => {
             let why = "HAL files alone do not give the axis limits; give the ini that names them".to_owned();
             Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why })
         }
+    }
+}
+
+/// The only file.
+fn alone(files: &[File]) -> Result<&File, ImportError> {
+    match files {
+        [one] => Ok(one),
+        [_, more, ..] => {
+            let why = "pass what one machine said, as one file".to_owned();
+            Err(ImportError::File { file: more.name.clone(), why })
+        }
+        [] => Err(ImportError::File { file: String::new(), why: "no file".to_owned() }),
     }
 }
 
@@ -213,6 +250,7 @@ impl Imported {
             "reprapfirmware" if has('U') && has('V') && !has('C') => "open5x-prusa",
             "reprapfirmware" if has('B') && !has('A') => "open5x-voron0",
             "reprapfirmware" => "trident-5-axis",
+            "grbl" => "grblhal-ac",
             _ if self.facts.iter().any(|fact| fact.key == "link.identity") && has('B') => "penta-trt-bc",
             _ if self.facts.iter().any(|fact| fact.key == "link.identity") => "hendrikjan-5d",
             // Koala's machines all tilt about Y.

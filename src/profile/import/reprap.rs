@@ -8,7 +8,10 @@ mod words;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use serde_json::Value;
+
 use self::words::{Command, command};
+use super::said::ENDLESS_DEG;
 use super::stated::{
     CORNER, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, same, scaled, shown, span,
 };
@@ -56,7 +59,78 @@ pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, Import
     config.machine()
 }
 
+/// The axes as the board's own object model has them, a piece a line: `{"key":"move.axes[3]",..,"result":{"letter":"A",..}}`.
+pub(super) fn said(file: &File) -> Result<Imported, ImportError> {
+    let mut config = Config::default();
+    for (place, line) in super::said::lines(file).filter(|(_, line)| line.starts_with('{')) {
+        let wrong = |why: String| ImportError::At { place: place.clone(), why };
+        let answer: Value = serde_json::from_str(line).map_err(|_| {
+            wrong("this piece of the object model is cut off or not JSON; read the machine again".to_owned())
+        })?;
+        let (key, result) = (answer["key"].as_str().unwrap_or_default(), &answer["result"]);
+        if key.starts_with("move.axes[") && !result.is_null() {
+            config.axis_said(key, result, &place)?;
+        } else if key == "move.kinematics" {
+            config.kinematics_said(result, &place);
+        } else if key == "network" {
+            config.called = result["name"].as_str().map(str::to_owned);
+        }
+        config.last = Some(place);
+    }
+    config.machine()
+}
+
+/// Kinematics as the object model names them, and as M669 numbers them.
+const NAMED: [(&str, f64); 7] = [
+    ("cartesian", 0.0),
+    ("corexy", 1.0),
+    ("corexz", 2.0),
+    ("corexyu", 5.0),
+    ("corexyuv", 8.0),
+    ("markforged", 11.0),
+    ("robot", ROBOT),
+];
+/// Any other.
+const UNNAMED: f64 = -1.0;
+
 impl Config {
+    fn axis_said(&mut self, key: &str, result: &Value, place: &StatedAt) -> Result<(), ImportError> {
+        let wrong = |what: &str| ImportError::At {
+            place: place.clone(),
+            why: format!("{key} has no {what}; read the machine again"),
+        };
+        let letter = result["letter"].as_str().and_then(|text| text.chars().next());
+        let letter = letter.ok_or_else(|| wrong("letter"))?.to_ascii_uppercase();
+        let get = |what: &str| -> Result<Stated, ImportError> {
+            let value = result[what].as_f64().filter(|value| value.is_finite()).ok_or_else(|| wrong(what))?;
+            Ok(Stated { value, from: vec![place.clone()] })
+        };
+        let (low, high) = (get("min")?, get("max")?);
+        let rotates = "ABCD".contains(letter);
+        let endless = rotates && [&low, &high].iter().any(|end| end.value.abs() >= ENDLESS_DEG);
+        let ends = if endless { [None, None] } else { [Some(low), Some(high)] };
+        let [low, high] = ends;
+        let axis = Axis {
+            from: Some(place.clone()),
+            rotates,
+            low,
+            high,
+            speed: Some(get("speed")?),
+            acceleration: Some(get("acceleration")?),
+            jerk: Some(get("jerk")?),
+        };
+        if self.axes.insert(letter, axis).is_some() {
+            return Err(ImportError::At { place: place.clone(), why: format!("axis {letter} is told twice") });
+        }
+        Ok(())
+    }
+
+    fn kinematics_said(&mut self, result: &Value, place: &StatedAt) {
+        let name = result["name"].as_str().unwrap_or_default().to_ascii_lowercase();
+        let value = NAMED.iter().find(|(named, _)| *named == name).map_or(UNNAMED, |(_, value)| *value);
+        self.numbers.insert("M669 K", Stated { value, from: vec![place.clone()] });
+    }
+
     fn file(&mut self, file: &File, open: &mut Open<'_>) -> Result<(), ImportError> {
         // How far in the innermost condition stands; its lines stand farther in.
         let mut conditions: Vec<usize> = Vec::new();
