@@ -173,7 +173,7 @@ pub enum JogFault {
         /// The highest.
         high: f64,
     },
-    /// Nobody saw what happened.
+    /// What happened was not seen.
     #[error("what {axis} does is not known, so the profile stays unproved; run this again and watch {axis}")]
     Unseen {
         /// The axis.

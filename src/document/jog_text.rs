@@ -89,7 +89,7 @@ pub fn unseen(profile: &Profile, name: &str) -> Option<String> {
     match profile.sight() {
         Sight::Seen(_) => None,
         Sight::Never => Some(format!(
-            "nobody has seen yet whether the axes of {name} move as its profile says; before the first print: {command}"
+            "whether the axes move as {name} says is unknown; before the first print: {command}"
         )),
         Sight::Changed(date) => {
             Some(format!("the axes in {name} were changed after they were seen on {date}; repeat: {command}"))

@@ -399,3 +399,25 @@ fn the_command_asks_by_numbers_and_writes_what_was_seen() {
         assert!(fails(&said(&short), "job/answer: Y | no answer") && !own.exists(), "{}", said(&short));
     });
 }
+
+/// `machine read` and `machine jog` of one machine, with their words.
+pub(crate) fn both_verbs() -> Vec<(Vec<String>, std::process::Output)> {
+    let folder = folder();
+    let real = Real { directions: [-1, 1], ..plain() };
+    printer(&real, folder.path(), |address, log| {
+        Person::at(&real, address, log);
+        let read = "machine read --json --keep-rest --set kinematics.tilt.direction=1 --set kinematics.rotation.direction=1 -o own.toml --port";
+        let calls = [(read, ""), ("machine jog --json -m own.toml -o seen.toml --port", "1\n1\n3\n5\n1\n1\n1\n5\n1\n")];
+        let call = |(words, typed): (&str, &str)| {
+            let words: Vec<String> = words.split(' ').map(str::to_owned).chain([address.to_string()]).collect();
+            let answers = folder.path().join("typed.txt");
+            std::fs::write(&answers, typed).unwrap();
+            let mut command = trunnion();
+            let typed = std::fs::File::open(answers).unwrap();
+            let run = command.args(&words).current_dir(folder.path()).stdin(typed).output().unwrap();
+            assert!(run.status.success(), "{words:?}: {}", said(&run));
+            (words, run)
+        };
+        calls.map(call).into_iter().collect()
+    })
+}

@@ -99,7 +99,7 @@ pub(in crate::cli) struct Calibrate {
     /// Output profile, which extends the given one [default: its keys on stdout]
     #[arg(short, long, conflicts_with = "poses")]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// Largest error of a point on or above the table at which the profile's axis directions are kept; a table that is out of level or out of flat by more is refused
+    /// Largest error of a point on or above the table at which the profile's axis directions are kept; a table that is less level or less flat is refused
     #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
     pub(in crate::cli) tolerance: f64,
     /// Keep the profile's axis directions; fewer touches are needed

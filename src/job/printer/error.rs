@@ -39,7 +39,7 @@ pub enum PrinterError {
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),
-    /// A port behind which nobody answers.
+    /// A port at which no printer answers.
     #[error(
         "{place}: no printer answered M115 within {seconds} s at {baud} baud; check --baud (115200 and 250000 are usual) and the cable"
     )]

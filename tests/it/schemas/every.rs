@@ -87,6 +87,7 @@ pub(super) fn made() -> &'static Vec<(String, Value)> {
                 std::fs::write(folder.path().join("hot.gcode"), text.replacen("M104 S210", "M104 S400", 1)).unwrap();
             }
         }
+        all.extend(crate::jogged::both_verbs().iter().flat_map(|(words, run)| documents(words, run)));
         all.push(("publish.json".to_owned(), crate::publish::once(Kind::Moonraker)));
         all.push(("plan-file.json".to_owned(), read(&folder.path().join("own.json"))));
         all.push(("plan-file.json".to_owned(), read(&folder.path().join("held.json"))));
@@ -198,7 +199,11 @@ fn every_verb_has_a_schema_and_every_document_of_a_schema_is_printed() {
 fn every_verb_says_its_error_alike() {
     for file in verbs(&trunnion::cli::command(), "") {
         let verb = file.trim_end_matches(".json");
-        let words = [verb.replacen("profile-", "profile ", 1), "--no-such-flag --json".to_owned()].join(" ");
+        let words = [
+            verb.replacen("profile-", "profile ", 1).replacen("machine-", "machine ", 1),
+            "--no-such-flag --json".to_owned(),
+        ]
+        .join(" ");
         let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
         let run = trunnion().args(&words).output().unwrap();
         assert_eq!(run.status.code(), Some(2), "{}", said(&run));

@@ -25,7 +25,7 @@ const OF_MANY: [&str; 3] = ["orient", "plan", "prepare"];
 fn documents(words: &[String], output: &Output) -> Vec<(String, Value)> {
     let mut plain = words.iter().filter(|word| !word.starts_with('-'));
     let verb = match plain.next().map(String::as_str) {
-        Some("profile") => format!("profile-{}", plain.next().map_or("", String::as_str)),
+        Some(verb @ ("profile" | "machine")) => format!("{verb}-{}", plain.next().map_or("", String::as_str)),
         Some(verb) => verb.to_owned(),
         None => String::new(),
     };

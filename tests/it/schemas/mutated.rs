@@ -75,7 +75,9 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 20] = [
+    const IN_PROFILES: [&str; 22] = [
+        "jogged",
+        "jogged_as",
         "along",
         "min_deg",
         "max_deg",
