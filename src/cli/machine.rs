@@ -3,13 +3,13 @@
 use std::cell::RefCell;
 use std::io::BufRead;
 
-use super::args::{Jog, Machine as Verb, Read};
+use super::args::{Jog, Machine as Verb, Place, Read};
 use super::profile::imported;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::{JogQuestion, Seen};
 use crate::document::{self, text};
-use crate::job::{self, ImportProfile, JogRequest, MachineAt};
+use crate::job::{self, ImportProfile, JogRequest, MachineAt, World};
 use crate::link::serial::Address;
 use crate::profile::Profile;
 
@@ -26,21 +26,25 @@ fn read(args: &Read, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs(given.answers.as_deref().into_iter().chain(like.and_then(profile_file).as_deref()));
     let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
     let name = args.name.clone().or_else(stem).unwrap_or_else(|| "machine".to_owned());
-    let at = match (&args.port, &args.host) {
-        (Some(port), _) => MachineAt::Port { address: Address::parse(port), baud: args.baud },
-        (None, host) => MachineAt::Server {
-            address: job::server_address(host.as_deref().unwrap_or_default(), &world)?,
-            key: job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?,
-            silence: std::time::Duration::from_secs(args.timeout),
-            fingerprint: args.fingerprint,
-        },
-    };
+    let at = at(&args.place, &world)?;
     let said = job::read_machine(&at, &format!("{name}.answers.txt"), &world)?;
     let bytes = said.bytes(&world)?.into_owned();
     let (files, like) = (vec![said], like.map(Into::into));
     let request = ImportProfile { files, name: Some(name), like, answers: given.told() };
     let place = imported(request, given, &mut outputs, console)?;
     Ok(outputs.claim(&place.with_extension("answers.txt"))?.write(&bytes)?)
+}
+
+fn at(place: &Place, world: &World<'_>) -> Result<MachineAt, Failure> {
+    if let Some(port) = &place.port {
+        return Ok(MachineAt::Port { address: Address::parse(port), baud: place.baud });
+    }
+    Ok(MachineAt::Server {
+        address: job::server_address(place.host.as_deref().unwrap_or_default(), world)?,
+        key: job::server_key(place.key_file.as_deref(), job::key_from_environment().as_deref(), world)?,
+        silence: std::time::Duration::from_secs(place.timeout),
+        fingerprint: place.fingerprint,
+    })
 }
 
 fn jog(args: &Jog, console: &Console) -> Result<(), Failure> {
@@ -59,8 +63,8 @@ fn jog(args: &Jog, console: &Console) -> Result<(), Failure> {
             console.ask(&format!("type a number from 1 to {}", question.answers.len()));
         }
     };
-    let address = Address::parse(&args.port);
-    let done = job::jog(&JogRequest { machine: args.machine.source(), address, baud: args.baud }, &ask, &world)?;
+    let request = JogRequest { machine: args.machine.source(), at: at(&args.place, &world)? };
+    let done = job::jog(&request, &ask, &world)?;
     if console.json() {
         console.document(&document::jogged(&done));
     } else {

@@ -154,18 +154,18 @@ fn list(console: &Console) -> Result<(), Failure> {
     let mut rows = Vec::new();
     let mut text = String::new();
     for (name, _, _) in SHIPPED {
-        let loaded = job::load_profile(&name.into(), &console.world())?;
-        let _ = writeln!(text, "{name:20} {}", document::text::machine(&loaded));
-        rows.push(document::shipped(&loaded));
+        let checked = job::check_profile(&name.into(), &console.world())?;
+        let _ = writeln!(text, "{name:20} {}", text::machine(&checked));
+        rows.push(document::shipped(&checked));
     }
-    for (name, file, loaded) in &job::own_profiles(&console.world()) {
-        match loaded {
+    for (name, file, checked) in &job::own_machines(&console.world()) {
+        match checked {
             Ok(own) => {
-                let _ = writeln!(text, "{name:20} {}; your own: {}", own.profile.machine.about, file.display());
+                let _ = writeln!(text, "{name:20} {}; your own: {}", text::machine(own), file.display());
             }
             Err(error) => console.warning(&error.to_string()),
         }
-        rows.push(document::own(name, file, loaded));
+        rows.push(document::own(name, file, checked));
     }
     if console.json() {
         console.document(&json!(rows))

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{Error, MachineError, PrintError, PrinterError, SendError, UploadError};
+use crate::job::{Error, MachineError, PrintError, SendError, UploadError};
 use crate::location::Location;
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
@@ -23,10 +23,11 @@ pub fn exit_code(error: &Error) -> u8 {
         Error::Print(PrintError::Rejected(_))
         | Error::Strategy(StrategyError::NoWay(_))
         | Error::Send(SendError::Unfit { .. })
-        | Error::Machine(MachineError::Calibration(_) | MachineError::NoDryRun { .. }) => 1,
+        | Error::Machine(MachineError::Calibration(_) | MachineError::NoDryRun { .. } | MachineError::Jog(_)) => 1,
         Error::Upload(UploadError::Server(_))
-        | Error::Printer(PrinterError::Port(_))
+        | Error::Machine(MachineError::Server(_))
         | Error::Send(SendError::Printer(_) | SendError::Refused { .. }) => 4,
+        Error::Printer(error) | Error::Machine(MachineError::Printer(error)) if error.is_of_the_wire() => 4,
         Error::Strategy(StrategyError::Infeasible(why)) => answer_is_no(why),
         Error::Strategy(StrategyError::NoPlan(no)) => answer_is_no(&no.infeasible),
         Error::Print(PrintError::Slice(SliceError::Interrupted)) => interrupts::EXIT_CODE,

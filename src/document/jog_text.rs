@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::calibrate::{JOG_DEG, JOG_MM, JogQuestion, JogSubject, Seen};
 use crate::job::JogResult;
-use crate::profile::Profile;
+use crate::profile::{Profile, Sight};
 
 /// An answer in words.
 fn answer(seen: Seen, subject: JogSubject) -> &'static str {
@@ -82,17 +82,21 @@ pub fn jogged(done: &JogResult) -> String {
     out
 }
 
-/// What to know of a profile whose axes nobody saw move; `None` where somebody did.
+/// What a machine is believed to be and was not looked at: its axes, its head; `None` where somebody has looked.
 pub fn unseen(profile: &Profile, name: &str) -> Option<String> {
-    use crate::profile::Sight;
     let command = format!("trunnion machine jog -m {name} --port PORT");
-    match profile.sight() {
+    let head = profile.head_is_assumed().then(|| {
+        format!("the head of {name} is assumed; measure yours (docs/how-to/machine.md), or set [head] measured = true")
+    });
+    let axes = match profile.sight() {
         Sight::Seen(_) => None,
-        Sight::Never => Some(format!(
-            "whether the axes move as {name} says is unknown; before the first print: {command}"
-        )),
+        Sight::Never => {
+            Some(format!("whether the axes move as {name} says is unknown; before the first print: {command}"))
+        }
         Sight::Changed(date) => {
             Some(format!("the axes in {name} were changed after they were seen on {date}; repeat: {command}"))
         }
-    }
+    };
+    let both: Vec<String> = axes.into_iter().chain(head).collect();
+    (!both.is_empty()).then(|| both.join("; "))
 }

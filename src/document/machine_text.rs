@@ -63,11 +63,12 @@ pub fn checked(machine: &CheckedProfile) -> String {
         );
     }
     out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
-    let seen = match profile.sight() {
-        Sight::Seen(date) => format!("\nthe axes were seen to move so on {date}: {}", profile.axes_in_words()),
-        _ => unseen(profile, &machine.machine.name).map_or(String::new(), |text| format!("\n{text}")),
-    };
-    out.push_str(&seen);
+    if let Sight::Seen(date) = profile.sight() {
+        let _ = write!(out, "\nthe axes were seen to move so on {date}: {}", profile.axes_in_words());
+    }
+    if let Some(text) = unseen(profile, &machine.machine.name) {
+        let _ = write!(out, "\n{text}");
+    }
     out
 }
 

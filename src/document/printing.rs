@@ -5,9 +5,8 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
-use crate::input::InputError;
 use crate::job::{
-    At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, JogChange, JogResult, LoadedProfile,
+    At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, JogChange, JogResult, MachineError,
     PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
@@ -134,6 +133,7 @@ pub fn checked(done: &CheckedProfile) -> Value {
         "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
         "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
         "axes_off_deg": done.axes_off_deg, "jogged": jogged_on(&done.machine.profile),
+        "head_is_assumed": done.machine.profile.head_is_assumed(),
     })
 }
 
@@ -174,15 +174,18 @@ pub fn jogged(done: &JogResult) -> Value {
 }
 
 /// `trunnion profile list`: one shipped profile.
-pub fn shipped(loaded: &LoadedProfile) -> Value {
-    let machine = &loaded.profile.machine;
-    json!({"name": loaded.name, "about": machine.about, "tested_on": machine.tested_on})
+pub fn shipped(checked: &CheckedProfile) -> Value {
+    let machine = &checked.machine.profile.machine;
+    json!({
+        "name": checked.machine.name, "about": machine.about, "tested_on": machine.tested_on,
+        "largest_level_mm": checked.largest_level_mm, "largest_at_every_tilt_mm": checked.largest_any_mm,
+    })
 }
 
 /// `trunnion profile list`: one of the user's own, with its file.
-pub fn own(name: &str, file: &std::path::Path, loaded: &Result<LoadedProfile, InputError>) -> Value {
-    let mut row = match loaded {
-        Ok(loaded) => shipped(loaded),
+pub fn own(name: &str, file: &std::path::Path, checked: &Result<CheckedProfile, MachineError>) -> Value {
+    let mut row = match checked {
+        Ok(checked) => shipped(checked),
         Err(error) => json!({"name": name, "error": error.to_string()}),
     };
     row["file"] = file.to_string_lossy().into();

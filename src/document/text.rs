@@ -12,7 +12,7 @@ use super::priced::{grams, minutes, plain};
 pub use super::shape_text::{packed, supported};
 use super::{figures, reasons};
 use crate::job::{
-    BatchResult, Batched, Compared, Fate, Listed, LoadedModel, LoadedProfile, Models, Oriented, OrientedPart,
+    BatchResult, Batched, CheckedProfile, Compared, Fate, Listed, LoadedModel, Models, Oriented, OrientedPart,
     PrepareResult, PublishResult, SliceResult,
 };
 use crate::mesh::Model;
@@ -370,14 +370,17 @@ pub fn listed(done: &Listed) -> String {
     }
 }
 
-/// A shipped machine, and whether it has run.
-pub fn machine(loaded: &LoadedProfile) -> String {
-    let machine = &loaded.profile.machine;
+/// A machine, whether it has run, and what fits on it.
+pub fn machine(checked: &CheckedProfile) -> String {
+    let machine = &checked.machine.profile.machine;
     let tested = match &machine.tested_on[..] {
         [] => "no real machine yet".to_owned(),
         machines => machines.join(", "),
     };
-    format!("{}; tested on: {tested}", machine.about)
+    let [wide, high] = checked.largest_level_mm;
+    let any = checked.largest_any_mm;
+    let tilted = if any < 1.0 { "none at every tilt".to_owned() } else { format!("{any:.0} mm at every tilt") };
+    format!("{}; tested on: {tested}; largest object: {wide:.0} x {high:.0} mm level, {tilted}", machine.about)
 }
 
 /// `trunnion explain`: an entry of the list of messages.

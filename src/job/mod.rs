@@ -83,8 +83,8 @@ pub use error::Error;
 pub use machine::{
     Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, JogChange,
     JogRequest, JogResult, MachineAt, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS,
-    REQUIRED_KEYS, Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile, poses,
-    read_machine,
+    REQUIRED_KEYS, Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile,
+    own_machines, poses, read_machine,
 };
 pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,

@@ -25,7 +25,7 @@ impl Profile {
     pub fn canonical(&self) -> String {
         let mut same = self.clone();
         // Whether somebody looked changes no plan.
-        (same.machine.jogged, same.machine.jogged_as) = (None, None);
+        (same.machine.jogged, same.machine.jogged_as, same.head.measured) = (None, None, false);
         serde_json::to_string(&same).unwrap_or_default()
     }
 

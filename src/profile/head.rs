@@ -259,7 +259,7 @@ fn piece(name: &str, moves: &str, kind: BodyKind) -> BodySpec {
 /// [`HeadFault`] for a measure that no head has, and for measures beside a `head.body`.
 pub fn measured(answers: &mut Table, like: &Profile) -> Result<(), HeadFault> {
     let Some(head) = answers.get_mut("head").and_then(Value::as_table_mut) else { return Ok(()) };
-    let own = ["body", "bare_cone"];
+    let own = ["body", "bare_cone", "measured"];
     let names = HEAD_QUESTIONS.map(|(key, _)| key.trim_start_matches("head."));
     let given: Vec<String> = head.keys().filter(|key| !own.contains(&key.as_str())).cloned().collect();
     if given.is_empty() {

@@ -193,6 +193,9 @@ pub struct Bodies {
     /// Whether a head of one cone is all that there is.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub bare_cone: bool,
+    /// Whether the pieces were measured on the machine; of the head.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub measured: bool,
     /// The convex pieces.
     pub body: Vec<BodySpec>,
 }

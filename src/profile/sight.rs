@@ -1,5 +1,6 @@
 //! What a person saw a machine's axes do, held against its profile.
 
+use super::layers::resolve;
 use super::schema::{Profile, TiltAxisName};
 
 /// Whether somebody saw on the machine what each axis does.
@@ -14,6 +15,12 @@ pub enum Sight {
 }
 
 impl Profile {
+    /// Whether the head is the reference's, which is no machine's: a print is then proved with a head that nobody has measured.
+    pub fn head_is_assumed(&self) -> bool {
+        let reference = resolve("defaults.toml", "").map(|(reference, _)| reference.head.body);
+        !self.head.measured && reference.is_ok_and(|body| body == self.head.body)
+    }
+
     /// What each axis of the table does, as `[machine] jogged_as` has it.
     pub fn axes_in_words(&self) -> String {
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);

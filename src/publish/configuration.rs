@@ -20,6 +20,7 @@ const MOST_AXES: usize = 20;
 const KEYS: [&str; 2] = ["move.kinematics", "network"];
 
 /// A server that is asked about its machine.
+#[derive(Clone, Copy)]
 pub struct Inquiry<'a> {
     /// Where it is.
     pub address: &'a ServerAddress,
@@ -31,21 +32,20 @@ pub struct Inquiry<'a> {
     pub fingerprint: Option<Fingerprint>,
 }
 
+impl<'a> Inquiry<'a> {
+    pub(super) fn reached(&self) -> Reached<'a> {
+        let Self { address, key, silence, fingerprint } = *self;
+        Reached { address, key, silence, fingerprint, bytes: 0, start: false }
+    }
+}
+
 /// What the server tells of the machine behind it, in the form that `profile import` reads.
 ///
 /// # Errors
 ///
 /// [`PublishError`]; [`ServerFault::NoConfiguration`] for OctoPrint, which knows none.
 pub fn configuration(asked: &Inquiry<'_>, web: &dyn Web) -> Result<String, PublishError> {
-    let to = Reached {
-        address: asked.address,
-        key: asked.key,
-        silence: asked.silence,
-        fingerprint: asked.fingerprint,
-        bytes: 0,
-        start: false,
-    };
-    let line = Line { to, web };
+    let line = Line { to: asked.reached(), web };
     let told = match asked.address.kind {
         Kind::OctoPrint => Err(ServerFault::NoConfiguration),
         Kind::Moonraker => of_klipper(&line),

@@ -181,6 +181,15 @@ pub enum ServerFault {
     /// A server that knows nothing of the machine's settings.
     #[error("OctoPrint does not know the printer's settings; stop it, and read them with --port")]
     NoConfiguration,
+    /// A printer that is not to be moved now.
+    #[error("its printer is not idle: {why}; nothing was moved")]
+    NotIdle {
+        /// What it does, or why it does nothing.
+        why: String,
+    },
+    /// A server that hands no single lines to its printer.
+    #[error("only moonraker:URL is driven line by line; connect this printer to this computer, and pass --port")]
+    NoConsole,
     /// A file that is to go, and stays.
     #[error("it did not delete the file {name}; delete it there")]
     NotDeleted {

@@ -39,6 +39,7 @@
 mod address;
 mod api;
 mod configuration;
+mod console;
 mod deliver;
 mod duet;
 mod fault;
@@ -54,6 +55,7 @@ mod web;
 pub use address::{BadInput, Key, Kind, ServerAddress, file_name};
 pub use api::{Delivered, Delivery};
 pub use configuration::{Inquiry, configuration};
+pub use console::ServerConsole;
 pub use deliver::deliver;
 pub use fault::{PublishError, ServerFault};
 pub use fingerprint::Fingerprint;

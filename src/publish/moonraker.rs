@@ -22,6 +22,28 @@ impl Moonraker<'_> {
     }
 }
 
+/// What the printer does.
+pub(super) fn state(line: &Line<'_>) -> Result<State, ServerFault> {
+    let what = "the request for the printer";
+    let answer = line.once(Question::get("/printer/info".to_owned()), &|_| {})?;
+    if answer.status == 503 {
+        return Ok(State::NotReady(
+            "Klipper is not running or not connected (start its service on the server)".to_owned(),
+        ));
+    }
+    let info = line.value(what, &line.good(what, answer)?)?;
+    if info["state"].as_str() != Some("ready") {
+        let why = info["state_message"].as_str().or_else(|| info["state"].as_str());
+        return Ok(State::NotReady(why.unwrap_or("no reason given").lines().next().unwrap_or_default().to_owned()));
+    }
+    let stats = line.read(what, "/printer/objects/query?print_stats")?["status"]["print_stats"].clone();
+    match stats["state"].as_str() {
+        Some("printing" | "paused") => Ok(State::Printing(stats["filename"].as_str().map(str::to_owned))),
+        Some("standby" | "complete" | "cancelled" | "error") => Ok(State::Ready),
+        other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("unknown")))),
+    }
+}
+
 impl Api for Moonraker<'_> {
     fn enter(&mut self) -> Result<(), ServerFault> {
         let info = self.0.read("/server/info", "/server/info")?;
@@ -62,24 +84,7 @@ impl Api for Moonraker<'_> {
     }
 
     fn state(&self) -> Result<State, ServerFault> {
-        let what = "the request for the printer";
-        let answer = self.0.once(Question::get("/printer/info".to_owned()), &|_| {})?;
-        if answer.status == 503 {
-            return Ok(State::NotReady(
-                "Klipper is not running or not connected (start its service on the server)".to_owned(),
-            ));
-        }
-        let info = self.0.value(what, &self.0.good(what, answer)?)?;
-        if info["state"].as_str() != Some("ready") {
-            let why = info["state_message"].as_str().or_else(|| info["state"].as_str());
-            return Ok(State::NotReady(why.unwrap_or("no reason given").lines().next().unwrap_or_default().to_owned()));
-        }
-        let stats = self.0.read(what, "/printer/objects/query?print_stats")?["status"]["print_stats"].clone();
-        match stats["state"].as_str() {
-            Some("printing" | "paused") => Ok(State::Printing(stats["filename"].as_str().map(str::to_owned))),
-            Some("standby" | "complete" | "cancelled" | "error") => Ok(State::Ready),
-            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("unknown")))),
-        }
+        state(&self.0)
     }
 
     fn start(&self) -> Result<(), ServerFault> {

@@ -8,12 +8,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use serde_json::json;
 use trunnion::calibrate::{JogFault, JogQuestion, JogSubject, Seen};
 use trunnion::job::{
-    Bench, JogRequest, JogResult, MachineError, Silent, SimulateRequest, World, jog, load_profile, simulate,
+    Bench, JogRequest, JogResult, MachineAt, MachineError, Silent, SimulateRequest, World, jog, load_profile, simulate,
 };
 use trunnion::link::serial::{Address, Heard, Port};
+use trunnion::link::sim::{Logged, Sim};
 use trunnion::profile::{Sight, resolve};
+use trunnion::publish::{Ask, ServerAddress, ServerAnswer, Trouble, Web};
 
 use crate::support::{Numbers, fails, folder, note, said, seeds, trunnion, wait_for};
 
@@ -53,6 +56,22 @@ impl Real {
             _ => [y, -x],
         };
         [x, y, if self.sunk { -z } else { z }]
+    }
+
+    /// Where it stands when the test begins: X, Y, Z, tilt.
+    fn stands_at(&self) -> [f64; 4] {
+        let room = resolve("x.toml", &self.profile()).unwrap().0.limits;
+        let [x, y] = [room.x_mm, room.y_mm].map(|[low, high]| (low + high) / 2.0);
+        [x, y, room.z_mm[1] - 20.0, self.level]
+    }
+
+    /// What brings it there.
+    fn made_ready(&self) -> [String; 6] {
+        let (home, wait) = if self.base == "grblhal-ac" { ("$H", "G4 P0.01") } else { ("G28", "M400") };
+        let ([x, y, z, level], tilt) = (self.stands_at(), self.letters[0]);
+        let place = [format!("G1 Z{z} F900"), format!("G1 X{x} Y{y} F900"), format!("G1 {tilt}{level} F900")];
+        let [up, across, tilted] = place;
+        [home.to_owned(), "G90".to_owned(), up, across, tilted, wait.to_owned()]
     }
 
     /// What a person answers who sees the axes go by so much.
@@ -115,6 +134,11 @@ impl Log {
     }
 }
 
+/// A port, at the profile's own speed.
+pub(crate) fn at(address: &Address) -> MachineAt {
+    MachineAt::Port { address: address.clone(), baud: None }
+}
+
 /// Sends lines to a printer and waits for each answer.
 fn by_hand(address: &Address, lines: &[&str]) {
     let mut port = Port::open(address, 115_200).unwrap();
@@ -172,15 +196,15 @@ pub(crate) struct Person<'a> {
 
 impl<'a> Person<'a> {
     pub(crate) fn at(real: &'a Real, address: &Address, log: &'a Log) -> Self {
-        let (home, wait) = if real.base == "grblhal-ac" { ("$H", "G4 P0.01") } else { ("G28", "M400") };
-        let (level, tilt) = (real.level, real.letters[0]);
-        let room = resolve("x.toml", &real.profile()).unwrap().0.limits;
-        let [x, y] = [room.x_mm, room.y_mm].map(|[low, high]| (low + high) / 2.0);
-        let z = room.z_mm[1] - 20.0;
-        let place = [format!("G1 Z{z} F900"), format!("G1 X{x} Y{y} F900"), format!("G1 {tilt}{level} F900")];
-        by_hand(address, &[home, "G90", &place[0], &place[1], &place[2], wait]);
+        let lines = real.made_ready();
+        by_hand(address, &lines.iter().map(String::as_str).collect::<Vec<_>>());
+        Self::beside(real, log)
+    }
+
+    /// The same of a machine that is ready.
+    fn beside(real: &'a Real, log: &'a Log) -> Self {
+        let there = real.stands_at();
         // The log comes behind the last `ok`.
-        let there = [x, y, z, level];
         let stands = |at: &[f64; 5]| at.iter().zip(&there).all(|(at, there)| (at - there).abs() < 1e-3);
         wait_for("the machine", || log.poses().last().is_some_and(stands));
         Self { real, log, before: log.poses().len(), moved: Mutex::new(0) }
@@ -224,7 +248,7 @@ fn tried(
     std::fs::write(&own, believed).unwrap();
     printer(real, folder, |address, log| {
         let person = Person::at(real, address, log);
-        let request = JogRequest { machine: own.to_str().unwrap().into(), address: address.clone(), baud: None };
+        let request = JogRequest { machine: own.to_str().unwrap().into(), at: at(address) };
         let done = jog(&request, &|question, _| answer(question, person.answers(question)), &World::here(&Silent));
         // Whatever came of it, every axis is back where it was.
         if done.as_ref().err().is_none_or(|error| error.code() != "job/answer") {
@@ -348,7 +372,7 @@ fn what_tells_nothing_is_refused() {
     assert_eq!(code_of, "jog/other-firmware", "{text}");
     let (code_of, text) = code(&plain(), &format!("{own}[kinematics.tilt]\nmax_deg = 5.0\n"), &honest);
     assert!(code_of == "jog/no-room" && text.contains("A is at 0.00"), "{code_of}: {text}");
-    let low = format!("{own}[limits]\nz_mm = [0.0, 281.0]\n");
+    let low = format!("{own}[limits]\nz_mm = [0.0, 301.0]\n");
     let (code_of, text) = code(&plain(), &low, &honest);
     assert!(code_of == "jog/no-room" && text.contains("Z is at "), "{code_of}: {text}");
 }
@@ -358,7 +382,7 @@ fn a_warm_nozzle_is_left_to_cool() {
     let folder = folder();
     let error = printer(&plain(), folder.path(), |address, _| {
         by_hand(address, &["G28", "M104 S200"]);
-        let request = JogRequest { machine: "generic-ac".into(), address: address.clone(), baud: None };
+        let request = JogRequest { machine: "generic-ac".into(), at: at(address) };
         let yes = |question: &JogQuestion, _: &_| Some(question.answers[0]);
         jog(&request, &yes, &World::here(&Silent)).unwrap_err()
     });
@@ -396,8 +420,156 @@ fn the_command_asks_by_numbers_and_writes_what_was_seen() {
         std::fs::remove_file(&own).unwrap();
         let short = run("1\n1\n");
         assert_eq!(short.status.code(), Some(2), "{}", said(&short));
+        let odd = run("2\n");
+        assert!(odd.status.code() == Some(1) && fails(&said(&odd), "jog/not-ready"), "{}", said(&odd));
         assert!(fails(&said(&short), "job/answer: Y | no answer") && !own.exists(), "{}", said(&short));
     });
+}
+
+/// Moonraker with a simulated Klipper behind it, in virtual time.
+struct Behind {
+    sim: Mutex<(Sim, Duration)>,
+    log: Log,
+    printing: bool,
+}
+
+impl Behind {
+    fn runs(&self, line: &str) -> Result<(), String> {
+        let (sim, now) = &mut *self.sim.lock().unwrap();
+        sim.took(usize::MAX);
+        sim.receive(*now, format!("{line}\n").as_bytes());
+        let mut said = String::new();
+        while !said.lines().any(|line| line.starts_with("ok")) {
+            *now = sim.next_wake().unwrap_or(*now + Duration::from_millis(1)).max(*now);
+            sim.advance(*now);
+            said += std::str::from_utf8(sim.pending()).unwrap();
+            sim.took(usize::MAX);
+        }
+        for (at, logged) in sim.take_log() {
+            if let Logged::Pose([x, y, z, a, c, e]) = logged {
+                let at = at.as_secs_f64();
+                writeln!(self.log.clone(), "{at:.6} pose {x:.4} {y:.4} {z:.4} {a:.4} {c:.4} {e:.5}").unwrap();
+            }
+        }
+        let no = said.lines().find(|line| line.starts_with("!!") || line.contains("Unknown command"));
+        no.map_or(Ok(()), |no| Err(no.to_owned()))
+    }
+}
+
+impl Web for Behind {
+    fn ask(&self, ask: &Ask<'_>, _: &dyn Fn(usize)) -> Result<ServerAnswer, Trouble> {
+        let path = ask.url.strip_prefix("http://here").unwrap();
+        let plain = |text: &str| -> String {
+            let mut parts = text.split('%');
+            let first = parts.next().unwrap().to_owned();
+            parts.fold(first, |all, part| {
+                all + &char::from(u8::from_str_radix(&part[..2], 16).unwrap()).to_string() + &part[2..]
+            })
+        };
+        let state = if self.printing { "printing" } else { "standby" };
+        let (status, body) = if let Some(script) = path.strip_prefix("/printer/gcode/script?script=") {
+            match self.runs(&plain(script)) {
+                Ok(()) => (200, json!({"result": "ok"})),
+                Err(words) => (400, json!({"error": {"message": words}})),
+            }
+        } else {
+            let (sim, now) = &*self.sim.lock().unwrap();
+            let [x, y, z, ..] = sim.position(*now);
+            let [nozzle, _] = sim.temperatures(*now);
+            let of = |object: serde_json::Value| (200, json!({"result": {"status": object}}));
+            match path {
+                "/printer/info" => (200, json!({"result": {"state": "ready"}})),
+                "/printer/objects/query?print_stats" => of(json!({"print_stats": {"state": state}})),
+                "/printer/objects/query?gcode_move=gcode_position" => {
+                    of(json!({"gcode_move": {"gcode_position": [x, y, z, 0.0]}}))
+                }
+                "/printer/objects/query?extruder=temperature" => of(json!({"extruder": {"temperature": nozzle}})),
+                "/printer/objects/query?extruder=target" => of(json!({"extruder": {"target": 0.0}})),
+                other => panic!("{other}"),
+            }
+        };
+        Ok(ServerAnswer { status, location: None, challenge: None, body: body.to_string().into_bytes() })
+    }
+
+    fn wait(&self, _: Duration) {}
+}
+
+fn behind(real: &Real, folder: &Path, printing: bool) -> Behind {
+    let own = folder.join("real.toml");
+    std::fs::write(&own, real.profile()).unwrap();
+    let machine = load_profile(&own.to_str().unwrap().into(), &World::here(&Silent)).unwrap();
+    let sim = simulate(&SimulateRequest::default(), &machine).unwrap();
+    Behind { sim: Mutex::new((sim, Duration::ZERO)), log: Log::default(), printing }
+}
+
+fn moonraker(server: &str) -> MachineAt {
+    let address = ServerAddress::parse(server).unwrap();
+    MachineAt::Server { address, key: None, silence: Duration::from_secs(1), fingerprint: None }
+}
+
+#[test]
+fn klipper_s_axes_are_tried_through_moonraker() {
+    for seed in 0..8 {
+        let real = Real { base: "fractal-5-pro", level: 0.0, ..drawn(seed) };
+        let letters = if seed % 2 == 0 { ['A', 'C'] } else { ['C', 'A'] };
+        let (real, folder) = (Real { letters, ..real }, folder());
+        let web = behind(&real, folder.path(), false);
+        real.made_ready().iter().for_each(|line| web.runs(line).unwrap());
+        let person = Person::beside(&real, &web.log);
+        let request = JogRequest { machine: "fractal-5-pro".into(), at: moonraker("moonraker:http://here") };
+        let world = World { web: &web, ..World::here(&Silent) };
+        let done = jog(&request, &|question, _| Some(person.answers(question)), &world);
+        let seen = done.unwrap_or_else(|e| panic!("{seed} {real:?}: {e}")).jogged;
+        assert_eq!(
+            (seen.tilt, seen.about, seen.tilt_direction, seen.rotation, seen.rotation_direction),
+            (real.letters[0], real.about, real.directions[0], real.letters[1], real.directions[1]),
+            "{seed} {real:?}"
+        );
+        assert_eq!(seen.level_deg, None, "where a motor stands Klipper tells nobody");
+    }
+    // A print that runs is not disturbed, and no other server is driven.
+    let folder = folder();
+    let web = behind(&Real { base: "fractal-5-pro", ..plain() }, folder.path(), true);
+    let world = World { web: &web, ..World::here(&Silent) };
+    let code = |server: &str| {
+        let request = JogRequest { machine: "fractal-5-pro".into(), at: moonraker(server) };
+        jog(&request, &|_, _| panic!("nothing is asked"), &world).unwrap_err().code().to_owned()
+    };
+    assert_eq!(code("moonraker:http://here"), "server/not-idle");
+    assert_eq!(code("duet:http://here"), "server/no-console");
+    assert!(web.log.poses().is_empty(), "nothing moved");
+}
+
+/// Whoever has not looked is reminded, before a file is made and before it is sent.
+#[test]
+fn what_was_not_looked_at_is_said_until_it_was() {
+    let folder = folder();
+    let seen = "[machine]\njogged = \"2026-11-28\"\njogged_as = \"A about X +1, level at 0; C +1\"\n";
+    let measured = "[head]\nmeasured = true\n";
+    let other = "[kinematics.tilt]\ndirection = -1\n";
+    std::fs::write(folder.path().join("part.gcode"), "G28\n").unwrap();
+    for (text, words, silent) in [
+        (String::new(), vec!["unknown", "trunnion machine jog -m mine.toml", "head of mine.toml is assumed"], vec![]),
+        (seen.to_owned(), vec!["head of mine.toml is assumed"], vec!["machine jog"]),
+        (measured.to_owned(), vec!["machine jog"], vec!["assumed"]),
+        (format!("{seen}{measured}"), vec![], vec!["machine jog", "assumed"]),
+        (format!("{seen}{measured}{other}"), vec!["changed after", "2026-11-28", "machine jog"], vec!["assumed"]),
+    ] {
+        std::fs::write(folder.path().join("mine.toml"), format!("extends = \"generic-ac\"\n{text}")).unwrap();
+        for verb in [
+            "send part.gcode --unverified -m mine.toml --port nowhere",
+            "prepare cube.stl -m mine.toml --slicer builtin -o cube.gcode",
+            "profile check mine.toml",
+        ] {
+            std::fs::copy(crate::pipeline::fixture("cube"), folder.path().join("cube.stl")).unwrap();
+            let _ = std::fs::remove_file(folder.path().join("cube.gcode"));
+            let run = trunnion().args(verb.split(' ')).current_dir(folder.path()).output().unwrap();
+            assert_eq!(run.status.code(), Some(if verb.starts_with("send") { 4 } else { 0 }), "{}", said(&run));
+            let said = said(&run);
+            assert!(words.iter().all(|word| said.contains(word)), "{text}{verb}: {said}");
+            assert!(!silent.iter().any(|word| said.contains(word)), "{text}{verb}: {said}");
+        }
+    }
 }
 
 /// `machine read` and `machine jog` of one machine, with their words.

@@ -11,7 +11,7 @@ use trunnion::job::{
 use trunnion::profile::{Sight, resolve};
 use trunnion::publish::{Ask, ServerAddress, ServerAnswer, Trouble, Web};
 
-use crate::jogged::{BASES, Person, Real, drawn, printer};
+use crate::jogged::{BASES, Person, Real, at, drawn, printer};
 use crate::support::{folder, note, said, seeds, trunnion};
 
 /// What nobody can tell but a person, answered as for a machine with the profile's own axes.
@@ -49,8 +49,8 @@ fn what_is_said_is_what_the_machine_has_and_the_rest_is_seen() {
         *by_firmware.entry(real.base).or_default() += 1;
         let (folder, world) = (folder(), World::here(&Silent));
         printer(&real, folder.path(), |address, log| {
-            let at = MachineAt::Port { address: address.clone(), baud: 115_200 };
-            let text = read_machine(&at, "mine.answers.txt", &world).unwrap_or_else(|e| panic!("{seed} {real:?}: {e}"));
+            let text = read_machine(&at(address), "mine.answers.txt", &world)
+                .unwrap_or_else(|e| panic!("{seed} {real:?}: {e}"));
             let grbl = real.base == "grblhal-ac";
             let done = import_profile(&request(text, &DIRECTIONS), &world);
             let done = done.unwrap_or_else(|e| panic!("{seed} {real:?}: {e}"));
@@ -77,7 +77,7 @@ fn what_is_said_is_what_the_machine_has_and_the_rest_is_seen() {
             let file = folder.path().join("mine.toml");
             std::fs::write(&file, done.text(Some(folder.path()), &world)).unwrap();
             let person = Person::at(&real, address, log);
-            let request = JogRequest { machine: file.to_str().unwrap().into(), address: address.clone(), baud: None };
+            let request = JogRequest { machine: file.to_str().unwrap().into(), at: at(address) };
             let seen = jog(&request, &|question, _| Some(person.answers(question)), &world);
             let seen = seen.unwrap_or_else(|e| panic!("{seed} {real:?}: {e}")).jogged;
             let t = &truth.kinematics;
@@ -315,4 +315,42 @@ fn the_command_keeps_what_the_machine_said_beside_the_profile() {
         assert_eq!(one.limits, two.limits);
         assert_eq!(one.kinematics, two.kinematics);
     });
+}
+
+/// A port at which something else answers than a printer, or half of one.
+#[test]
+fn a_port_without_a_printer_is_told_as_such() {
+    use std::io::{BufRead, BufReader, Write};
+    // What each answers to each line.
+    let answers = |kind: &'static str| {
+        move |line: &str| match (kind, line) {
+            ("half", "M115") => "FIRMWARE_NAME:Marlin 2.1 AXIS_COUNT:5\nok\n",
+            ("half", _) => "echo:  M203 X1\n",
+            ("deaf", "M115") => "FIRMWARE_NAME:Marlin 2.1 AXIS_COUNT:5\nok\n",
+            ("deaf", _) => "echo:Unknown command: \"M503\"\nok\n",
+            ("klipper", _) => "ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13\n",
+            _ => "HTTP/1.1 400 Bad Request\n",
+        }
+    };
+    for (kind, code, exit, words) in [
+        ("half", "job/halfway", 4, "M503"),
+        ("deaf", "job/refuses", 4, "M503"),
+        ("klipper", "job/speechless", 2, "moonraker"),
+        ("page", "job/mute", 4, "115200 baud"),
+    ] {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let place = format!("tcp:{}", listener.local_addr().unwrap());
+        let answer = answers(kind);
+        std::thread::spawn(move || {
+            let (mut host, _) = listener.accept().unwrap();
+            let lines = BufReader::new(host.try_clone().unwrap()).lines();
+            lines.map_while(Result::ok).for_each(|line| host.write_all(answer(&line).as_bytes()).unwrap_or_default());
+        });
+        let folder = folder();
+        let own = folder.path().join("mine.toml");
+        let run = trunnion().args(["machine", "read", "--port", &place, "-o"]).arg(&own).output().unwrap();
+        assert_eq!(run.status.code(), Some(exit), "{kind}: {}", said(&run));
+        assert!(crate::support::fails(&said(&run), &format!("{code}: {words}")), "{kind}: {}", said(&run));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{kind}: nothing is written");
+    }
 }

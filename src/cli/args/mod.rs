@@ -17,7 +17,7 @@ use crate::job::{Arrangement, Finish, PlanOptions, PoseChoice, SlicingOptions, S
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
-pub(in crate::cli) use machine::{Jog, Machine, Read};
+pub(in crate::cli) use machine::{Jog, Machine, Place, Read};
 pub(in crate::cli) use mistake::{in_flags, told};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, New, Profile};

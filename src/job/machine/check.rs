@@ -2,10 +2,12 @@
 //!
 //! Machine coordinates, mm; tilts as words, degrees. The rotation stands at its zero: a disc is the same at every rotation.
 
+use std::path::PathBuf;
+
 use super::error::MachineError;
 use crate::calibrate::ClearWay;
 use crate::geom::{Angle, Vec3};
-use crate::input::{LoadedProfile, MachineSource, load_profile};
+use crate::input::{LoadedProfile, MachineSource, load_profile, own_profiles};
 use crate::motion::{Pose, TableKinematics, TiltAbout};
 use crate::pictures::from_the_side;
 use crate::profile::{BodyKind, Profile};
@@ -64,7 +66,16 @@ pub struct CheckedProfile {
 ///
 /// As [`load_profile`].
 pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedProfile, MachineError> {
-    let machine = load_profile(from, world)?;
+    Ok(checked(load_profile(from, world)?))
+}
+
+/// The user's own profiles: name, file, and what each describes or why it cannot be read.
+pub fn own_machines(world: &World<'_>) -> Vec<(String, PathBuf, Result<CheckedProfile, MachineError>)> {
+    let all = own_profiles(world).into_iter();
+    all.map(|(name, file, loaded)| (name, file, loaded.map(checked).map_err(MachineError::from))).collect()
+}
+
+fn checked(machine: LoadedProfile) -> CheckedProfile {
     let profile = &machine.profile;
     let clear = ClearWay::of(profile);
     let tilts: Vec<Tilted> = words(profile).into_iter().map(|word| tilted(profile, &clear, word)).collect();
@@ -73,16 +84,7 @@ pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedP
     let refusals = refusals(profile, &tilts);
     let sweeps_to_mm = clear.ball_top();
     let axes_off_deg = axes_off(&profile.kinematics());
-    Ok(CheckedProfile {
-        machine,
-        axes_off_deg,
-        tilts,
-        half_mm,
-        largest_level_mm,
-        largest_any_mm,
-        sweeps_to_mm,
-        refusals,
-    })
+    CheckedProfile { machine, axes_off_deg, tilts, half_mm, largest_level_mm, largest_any_mm, sweeps_to_mm, refusals }
 }
 
 /// Level, both ends, and every [`STEP_DEG`] between them.

@@ -6,12 +6,12 @@ use std::path::Path;
 use toml::Value;
 
 use super::error::MachineError;
-use crate::calibrate::{JOG_DEG, JOG_MM, Jog, JogFault, JogQuestion, JogSubject, Jogged, Seen};
+use super::means::Means;
+use super::read::MachineAt;
+use crate::calibrate::{ClearWay, JOG_DEG, JOG_MM, Jog, JogFault, JogQuestion, JogSubject, Jogged, Seen};
 use crate::gcode::meaning::Firmware;
 use crate::input::{LoadedProfile, MachineSource, load_profile};
-use crate::job::printer::{Talk, protocol};
-use crate::link::Reply;
-use crate::link::serial::Address;
+use crate::job::printer::protocol;
 use crate::profile::{Profile, TiltAxisName};
 use crate::world::World;
 
@@ -23,6 +23,8 @@ const SLOWLY: f64 = 300.0;
 const COLD_C: f64 = 50.0;
 /// What the head keeps above the rim of a table that tilts by the test's step, mm.
 const ABOVE_MM: f64 = 20.0;
+/// Where Z ends below all that the table sweeps, the head begins within this of its end, mm.
+const NEAR_MM: f64 = 30.0;
 /// A zero that is seen with a level is no better than this, degrees: a nearer one of the profile stays.
 const LEVEL_DEG: f64 = 0.5;
 
@@ -31,10 +33,8 @@ const LEVEL_DEG: f64 = 0.5;
 pub struct JogRequest {
     /// Its profile.
     pub machine: MachineSource,
-    /// Where it is.
-    pub address: Address,
-    /// Bits a second; `None` takes the profile's.
-    pub baud: Option<u32>,
+    /// Where it is; a port without a speed has the profile's.
+    pub at: MachineAt,
 }
 
 /// A key that the machine contradicts.
@@ -79,12 +79,12 @@ pub fn jog(
     let machine = load_profile(&request.machine, world)?;
     let profile = &machine.profile;
     let wanted = protocol(profile)?;
-    let (talk, said) = Talk::open(&request.address, request.baud.unwrap_or(profile.link.baud), world)?;
-    if talk.protocol() != wanted {
-        let (found, wanted) = (talk.firmware().name(), profile.firmware().name());
+    let means = Means::open(&request.at, profile.link.baud, world)?;
+    if means.protocol() != wanted {
+        let (found, wanted) = (means.firmware().name(), profile.firmware().name());
         return Err(JogFault::OtherFirmware { found: found.to_owned(), wanted: wanted.to_owned() }.into());
     }
-    let mut hand = Hand { talk, profile, said };
+    let mut hand = Hand { means, profile };
     let letters = hand.letters()?;
     let mut jog = Jog::new(&letters);
     while let Some(mut question) = jog.question() {
@@ -114,10 +114,8 @@ pub fn jog(
 
 /// Whoever moves the axes.
 struct Hand<'a> {
-    talk: Talk<'a>,
+    means: Means<'a>,
     profile: &'a Profile,
-    /// What the machine said of itself.
-    said: Vec<String>,
 }
 
 impl Hand<'_> {
@@ -131,47 +129,25 @@ impl Hand<'_> {
     fn all_letters(&mut self) -> Result<Vec<char>, MachineError> {
         let k = &self.profile.kinematics;
         let own = vec![k.tilt.letter, k.rotation.letter];
-        if self.talk.firmware() == Firmware::Klipper || self.profile.steppers().is_some() {
+        if self.means.firmware() == Firmware::Klipper || self.profile.steppers().is_some() {
             return Ok(own);
         }
-        if self.talk.firmware() == Firmware::Grbl {
-            let all = self.order();
+        if self.means.firmware() == Firmware::Grbl {
+            let all = self.means.order();
             return Ok(all.map_or(own, |all| all.chars().filter(|letter| !"XYZ".contains(*letter)).collect()));
         }
-        let more = self.position()?.into_iter().map(|(letter, _)| letter);
+        let more = self.means.position()?.into_iter().map(|(letter, _)| letter);
         Ok(more.filter(|letter| !"XYZ".contains(*letter) && *letter != self.profile.dialect.extruder).collect())
     }
 
-    /// The letters of all axes in grblHAL's own order.
-    fn order(&self) -> Option<&str> {
-        self.said.iter().find_map(|line| line.strip_prefix("[AXS:")?.split([':', ']']).nth(1))
-    }
-
-    /// The words at which the axes stand, as far as the machine tells them.
-    fn position(&mut self) -> Result<Vec<(char, f64)>, MachineError> {
-        let grbl = self.talk.firmware() == Firmware::Grbl;
-        let said = self.talk.ask(if grbl { "?" } else { "M114" })?;
-        for line in said {
-            match Reply::read(self.talk.protocol().wording(), line.as_bytes()) {
-                Reply::Position(words) => return Ok(words.into_iter().map(|(of, at)| (of.into(), at)).collect()),
-                // Without letters nobody knows which number behind Z is whose.
-                Reply::Status(status) => {
-                    return Ok(self.order().unwrap_or("XYZ").chars().zip(status.position).collect());
-                }
-                _ => {}
-            }
-        }
-        Ok(Vec::new())
-    }
-
     fn word(&mut self, axis: char) -> Result<Option<f64>, MachineError> {
-        Ok(self.position()?.into_iter().find(|(letter, _)| *letter == axis).map(|(_, at)| at))
+        Ok(self.means.position()?.into_iter().find(|(letter, _)| *letter == axis).map(|(_, at)| at))
     }
 
     /// Looks whether a step of each axis is safe, and makes the rotary axes axes where that is what the start code does.
     fn begin(&mut self) -> Result<(), MachineError> {
         self.cold()?;
-        let at = self.position()?;
+        let at = self.means.position()?;
         let room = self.profile.linear_limits();
         let (tilt, rotation) = (&self.profile.kinematics.tilt, &self.profile.kinematics.rotation);
         let stops = rotation.stops_deg().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -204,31 +180,26 @@ impl Hand<'_> {
         let lines: Vec<String> = lines.map(str::to_owned).collect();
         let axes = lines.iter().filter(|line| names(line, "GCODE_AXIS=")).filter_map(|line| motor(line)).map(free);
         for line in axes.collect::<Vec<_>>().iter().chain(&lines) {
-            self.talk.ask(line)?;
+            self.means.run(line)?;
         }
         Ok(())
     }
 
-    /// The lowest Z at which no tilt by the test's step reaches the head.
+    /// The lowest Z to begin at: above all that the table may sweep, since an axis may turn farther than it is told; where Z ends below that,
+    /// near its end, and in any case above a table that tilts by the test's step.
     fn above(&self) -> f64 {
         let k = &self.profile.kinematics;
         let reach = self.profile.table_slab().into_iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
-        k.pivot_mm[2] + k.offset_mm[2] + reach * JOG_DEG.to_radians().sin() + ABOVE_MM
+        let tilted = k.pivot_mm[2] + k.offset_mm[2] + reach * JOG_DEG.to_radians().sin() + ABOVE_MM;
+        let swept = ClearWay::of(self.profile).ball_top() + ABOVE_MM;
+        swept.min(self.profile.limits.z_mm[1] - NEAR_MM).max(tilted)
     }
 
     fn cold(&mut self) -> Result<(), MachineError> {
-        if self.talk.firmware() == Firmware::Grbl {
-            return Ok(());
+        match self.means.nozzle()?.filter(|heat| heat.iter().any(|c| *c > COLD_C)) {
+            Some([now, wanted]) => Err(JogFault::Hot { c: now.max(wanted), allowed: COLD_C }.into()),
+            None => Ok(()),
         }
-        for line in self.talk.ask("M105")? {
-            let answer = format!("ok {line}");
-            if let Reply::Ok { report: Some(heat), .. } = Reply::read(self.talk.protocol().wording(), answer.as_bytes())
-                && let Some([now, wanted]) = heat.nozzle.filter(|heat| heat.iter().any(|c| *c > COLD_C))
-            {
-                return Err(JogFault::Hot { c: now.max(wanted), allowed: COLD_C }.into());
-            }
-        }
-        Ok(())
     }
 
     fn step(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
@@ -238,7 +209,7 @@ impl Hand<'_> {
             axis if axis == k.rotation.letter => Some(rotation),
             _ => None,
         });
-        let wait = self.talk.protocol().drain();
+        let wait = self.means.protocol().drain();
         let lines = match stepper {
             // Its zero is where it stood.
             Some(name) => vec![format!(
@@ -252,7 +223,7 @@ impl Hand<'_> {
             }
         };
         for line in lines.iter().map(String::as_str).chain([wait]) {
-            self.talk.ask(line)?;
+            self.means.run(line)?;
         }
         Ok(())
     }

@@ -6,11 +6,12 @@ mod dry_run;
 mod error;
 mod import;
 mod jog;
+mod means;
 mod new;
 mod read;
 
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
-pub use check::{CheckedProfile, Tilted, check_profile};
+pub use check::{CheckedProfile, Tilted, check_profile, own_machines};
 pub use dry_run::{DryRun, dry_run};
 pub use error::MachineError;
 pub use import::{ImportProfile, ImportedProfile, REQUIRED_KEYS, import_profile};

@@ -10,6 +10,8 @@ use crate::link::serial::Address;
 use crate::publish::{Fingerprint, Inquiry, Key, ServerAddress, configuration};
 use crate::world::World;
 
+/// Bits a second of most boards.
+const USUAL_BAUD: u32 = 115_200;
 /// More axes than any board drives.
 const MOST_AXES: usize = 20;
 
@@ -20,8 +22,8 @@ pub enum MachineAt {
     Port {
         /// The port.
         address: Address,
-        /// Bits a second.
-        baud: u32,
+        /// Bits a second; `None` for the usual.
+        baud: Option<u32>,
     },
     /// Behind a server.
     Server {
@@ -44,7 +46,7 @@ pub enum MachineAt {
 /// over a port.
 pub fn read_machine(from: &MachineAt, name: &str, world: &World<'_>) -> Result<Source, MachineError> {
     let text = match from {
-        MachineAt::Port { address, baud } => at_port(address, *baud, world)?,
+        MachineAt::Port { address, baud } => at_port(address, baud.unwrap_or(USUAL_BAUD), world)?,
         MachineAt::Server { address, key, silence, fingerprint } => {
             let asked = Inquiry { address, key: key.as_ref(), silence: *silence, fingerprint: *fingerprint };
             configuration(&asked, world.web)?

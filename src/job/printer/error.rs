@@ -84,6 +84,14 @@ pub enum PrinterError {
 }
 
 impl PrinterError {
+    /// Whether it is the port or the printer behind it, and not what was asked for.
+    pub fn is_of_the_wire(&self) -> bool {
+        matches!(
+            self,
+            Self::Port(_) | Self::Mute { .. } | Self::Refuses { .. } | Self::Halfway { .. } | Self::Gone { .. }
+        )
+    }
+
     /// What stands for it in documents, for good.
     pub fn code(&self) -> &'static str {
         match self {

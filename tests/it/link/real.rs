@@ -115,7 +115,10 @@ pub(super) fn terminal() -> (std::fs::File, std::fs::File) {
 /// A profile whose machine can home with a part on its table.
 pub(super) fn profile(folder: &Path) -> PathBuf {
     let path = folder.join("machine.toml");
-    let text = "extends = \"generic-ac\"\n[machine]\nname = \"bench\"\n[link]\nrehome = \"G28\"\n";
+    // A machine that somebody has looked at.
+    let machine =
+        "[machine]\nname = \"bench\"\njogged = \"2026-01-01\"\njogged_as = \"A about X +1, level at 0; C +1\"\n";
+    let text = format!("extends = \"generic-ac\"\n{machine}[head]\nmeasured = true\n[link]\nrehome = \"G28\"\n");
     std::fs::write(&path, text).unwrap();
     path
 }

@@ -75,7 +75,8 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 22] = [
+    const IN_PROFILES: [&str; 23] = [
+        "measured",
         "jogged",
         "jogged_as",
         "along",
