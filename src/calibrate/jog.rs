@@ -161,6 +161,12 @@ pub enum JogFault {
         /// The highest.
         allowed: f64,
     },
+    /// A printer that does not tell where it stands.
+    #[error("the printer does not report where {axis} is; home it, then run this again")]
+    NoPlace {
+        /// The axis.
+        axis: char,
+    },
     /// An axis too near to its end.
     #[error("{axis} is at {word:.2}, and its test needs it between {low:.2} and {high:.2}; move it there first")]
     NoRoom {

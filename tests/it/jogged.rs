@@ -338,7 +338,7 @@ fn what_tells_nothing_is_refused() {
         (error.code().to_owned(), error.to_string())
     };
     let own = "extends = \"generic-ac\"\n";
-    let at = |subject: JogSubject, axis: char, says: Option<Seen>| {
+    let saying = |subject: JogSubject, axis: char, says: Option<Seen>| {
         move |question: &JogQuestion, seen: Seen| {
             if question.subject == subject && question.axis == axis { says } else { Some(seen) }
         }
@@ -360,13 +360,33 @@ fn what_tells_nothing_is_refused() {
         (plain(), Some((table, 'A', None)), "job/answer: A | no answer"),
     ] {
         let (code, text) = match answer {
-            Some((subject, axis, says)) => code(&real, own, &at(subject, axis, says)),
+            Some((subject, axis, says)) => code(&real, own, &saying(subject, axis, says)),
             None => code(&real, own, &honest),
         };
         let (of, facts) = wanted.split_once(": ").unwrap_or((wanted, ""));
         assert_eq!(code, of, "{text}");
         assert!(facts.split(" | ").all(|fact| text.contains(fact)), "{wanted}: {text}");
     }
+    // A printer of three axes; Klipper's motors that commands turn.
+    let three = std::thread::scope(|scope| {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = Address::parse(&format!("tcp:{}", listener.local_addr().unwrap()));
+        scope.spawn(move || {
+            let (mut host, _) = listener.accept().unwrap();
+            let lines = std::io::BufReader::new(host.try_clone().unwrap());
+            for line in std::io::BufRead::lines(lines).map_while(Result::ok) {
+                let says = if line == "M115" {
+                    "FIRMWARE_NAME:Marlin 2.1"
+                } else {
+                    "X:1.00 Y:2.00 Z:300.00 E:0.00 Count X:80"
+                };
+                host.write_all(format!("{says}\nok\n").as_bytes()).unwrap();
+            }
+        });
+        let request = JogRequest { machine: "generic-ac".into(), at: at(&address) };
+        jog(&request, &|_, _| panic!("nothing is asked"), &World::here(&Silent)).unwrap_err().to_string()
+    });
+    assert!(three.contains("no axis besides X, Y and Z"), "{three}");
     // Another firmware, and no room for the step.
     let (code_of, text) = code(&plain(), "extends = \"trident-5-axis\"\n", &honest);
     assert_eq!(code_of, "jog/other-firmware", "{text}");

@@ -122,7 +122,12 @@ impl Hand<'_> {
     /// The rotary axes: what the machine has beside X, Y, Z and its extruder; where it does not tell, those of the profile.
     fn letters(&mut self) -> Result<Vec<char>, MachineError> {
         let mut all = self.all_letters()?;
+        all.retain(|letter| !"XYZ".contains(*letter) && *letter != self.profile.dialect.extruder);
         all.sort_unstable();
+        if all.len() < 2 {
+            let which = if all.is_empty() { "no axis".to_owned() } else { format!("only {}", all[0]) };
+            return Err(JogFault::OtherTable { found: format!("the printer has {which} besides X, Y and Z") }.into());
+        }
         Ok(all)
     }
 
@@ -134,10 +139,9 @@ impl Hand<'_> {
         }
         if self.means.firmware() == Firmware::Grbl {
             let all = self.means.order();
-            return Ok(all.map_or(own, |all| all.chars().filter(|letter| !"XYZ".contains(*letter)).collect()));
+            return Ok(all.map_or(own, |all| all.chars().collect()));
         }
-        let more = self.means.position()?.into_iter().map(|(letter, _)| letter);
-        Ok(more.filter(|letter| !"XYZ".contains(*letter) && *letter != self.profile.dialect.extruder).collect())
+        Ok(self.means.position()?.into_iter().map(|(letter, _)| letter).collect())
     }
 
     fn word(&mut self, axis: char) -> Result<Option<f64>, MachineError> {
@@ -159,7 +163,13 @@ impl Hand<'_> {
             (tilt.letter, tilt.min_deg, tilt.max_deg, JOG_DEG),
             (rotation.letter, stops[0], stops[1], JOG_DEG),
         ] {
-            let Some((_, word)) = at.iter().find(|(letter, _)| *letter == axis) else { continue };
+            let Some((_, word)) = at.iter().find(|(letter, _)| *letter == axis) else {
+                // Only of what turns it may be untold, as Klipper's motors are.
+                if "XYZ".contains(axis) {
+                    return Err(JogFault::NoPlace { axis }.into());
+                }
+                continue;
+            };
             if *word < low || word + step > high {
                 return Err(JogFault::NoRoom { axis, word: *word, low, high: high - step }.into());
             }
@@ -179,7 +189,11 @@ impl Hand<'_> {
         let free = |motor: String| format!("MANUAL_STEPPER {motor} GCODE_AXIS=");
         let lines: Vec<String> = lines.map(str::to_owned).collect();
         let axes = lines.iter().filter(|line| names(line, "GCODE_AXIS=")).filter_map(|line| motor(line)).map(free);
-        for line in axes.collect::<Vec<_>>().iter().chain(&lines) {
+        // What commands turn counts from where it stands.
+        let own = self.profile.steppers().into_iter().flatten();
+        let zeros = own.map(|name| format!("MANUAL_STEPPER STEPPER={name} SET_POSITION=0"));
+        let zeros: Vec<String> = zeros.collect();
+        for line in axes.collect::<Vec<_>>().iter().chain(&lines).chain(&zeros) {
             self.means.run(line)?;
         }
         Ok(())
@@ -210,22 +224,18 @@ impl Hand<'_> {
             _ => None,
         });
         let wait = self.means.protocol().drain();
-        let lines = match stepper {
-            // Its zero is where it stood.
-            Some(name) => vec![format!(
-                "MANUAL_STEPPER STEPPER={name} SPEED={} MOVE={}",
-                SLOWLY / 60.0,
-                if by > 0.0 { by } else { 0.0 }
-            )],
-            None => {
-                let feed = if "XY".contains(axis) { FEED } else { SLOWLY };
-                vec!["G91".to_owned(), format!("G1 {axis}{by} F{feed}"), "G90".to_owned()]
-            }
-        };
-        for line in lines.iter().map(String::as_str).chain([wait]) {
-            self.means.run(line)?;
+        if let Some(name) = stepper {
+            let to = if by > 0.0 { by } else { 0.0 };
+            self.means.run(&format!("MANUAL_STEPPER STEPPER={name} SPEED={} MOVE={to}", SLOWLY / 60.0))?;
+        } else {
+            let feed = if "XY".contains(axis) { FEED } else { SLOWLY };
+            self.means.run("G91")?;
+            // Absolute again, whatever becomes of the move.
+            let moved = self.means.run(&format!("G1 {axis}{by} F{feed}"));
+            self.means.run("G90")?;
+            moved?;
         }
-        Ok(())
+        self.means.run(wait)
     }
 }
 

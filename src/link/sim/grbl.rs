@@ -152,7 +152,8 @@ impl Sim {
                 self.quirks.identity.unwrap_or(&own).lines().for_each(|line| self.say(line));
                 if self.quirks.latches_errors {
                     let [.., tilt, rotation] = self.said_axes().map(|axis| axis.letter);
-                    self.say(&format!("[AXS:5:XYZ{tilt}{rotation}]"));
+                    let extruder = char::from(self.machine.model.reading.extruder);
+                    self.say(&format!("[AXS:6:XYZ{tilt}{rotation}{extruder}]"));
                     self.say("[FIRMWARE:grblHAL]");
                 }
             }

@@ -101,10 +101,10 @@ impl Sim {
         let mut lines = vec![format!("$11={junction:.3}"), "$13=0".to_owned()];
         let per_minute = |axis: &SaidAxis| axis.speed * 60.0;
         let travel = |axis: &SaidAxis| axis.ends[1] - axis.ends[0];
-        let columns: [(usize, &dyn Fn(&SaidAxis) -> f64); 4] =
-            [(100, &|_| STEPS), (110, &per_minute), (120, &|axis| axis.acceleration), (130, &travel)];
-        for (first, of) in columns {
-            lines.extend(axes.iter().enumerate().map(|(i, axis)| format!("${}={:.3}", first + i, of(axis))));
+        for column in 0..4 {
+            let value = |axis: &SaidAxis| [STEPS, per_minute(axis), axis.acceleration, travel(axis)][column];
+            let number = 100 + 10 * column;
+            lines.extend(axes.iter().enumerate().map(|(i, axis)| format!("${}={:.3}", number + i, value(axis))));
         }
         lines.iter().for_each(|line| self.say(line));
     }

@@ -15,8 +15,8 @@ use crate::profile::ranges::check_number;
 pub(super) const ENDLESS_DEG: f64 = 9999.0;
 /// What a fork of Marlin says that follows the tip of a tilting table.
 const PENTA: &str = "KINEMATICS:PENTA_AXIS_TRT";
-/// grblHAL's letters of the axes behind X, Y and Z.
-const GRBL_ROTARY: &str = "ABCUVW";
+/// grblHAL's letters of rotary axes; U, V and W are linear unless a machine has no others, and often one of them is the filament.
+const GRBL_ROTARY: [&str; 2] = ["ABC", "ABCUVW"];
 
 /// Lines that the machine has said, with their places. A last line without an end may be cut off, and is none.
 pub(super) fn lines(file: &File) -> impl Iterator<Item = (StatedAt, &str)> {
@@ -257,8 +257,10 @@ pub(super) fn grbl(file: &File) -> Result<Imported, ImportError> {
         return Err(lacks("$$ ($110: fastest speed of X)"));
     }
     let second = |stated: Stated| Stated { value: scaled(stated.value, 1.0 / 60.0), ..stated };
-    let more = letters.chars().filter(|letter| GRBL_ROTARY.contains(*letter));
+    let of = |names: &str| letters.chars().filter(|letter| names.contains(*letter)).collect::<Vec<char>>();
+    let more = GRBL_ROTARY.map(of).into_iter().find(|all| all.len() >= 2).unwrap_or_default();
     let rotary: Vec<Rotary> = more
+        .into_iter()
         .map(|letter| Rotary {
             letter,
             min: None,
