@@ -134,6 +134,12 @@ fn a_terminal_s_log_of_marlin_is_read_line_by_line() {
     assert!((l.junction_mm - 64.0 * (2.0_f64.sqrt() - 1.0) / 1000.0).abs() < 1e-12, "{}", l.junction_mm);
     let text = done.text(None, &World::here(&Silent));
     assert!(text.contains("Bench Five") && text.contains("# mine.answers.txt:22"), "{text}");
+    // As other hosts log it: with the time, with Windows' line ends.
+    let whole = facts(MARLIN).unwrap();
+    for time in ["22:59:43.907: ", "2026-11-28 19:00:00,123 - ", "[19:00:00] "] {
+        let timed: String = MARLIN.lines().map(|line| format!("{time}{line}\r\n")).collect();
+        assert_eq!(facts(&timed), Some(whole.clone()), "{time}");
+    }
     // A mesh that is on is said, since the level table's heights are no tilted one's.
     assert!(
         done.notes.iter().any(|note| note.contains("mine.answers.txt:17") && note.contains("M420")),
@@ -315,6 +321,35 @@ fn the_command_keeps_what_the_machine_said_beside_the_profile() {
         assert_eq!(one.limits, two.limits);
         assert_eq!(one.kinematics, two.kinematics);
     });
+}
+
+/// A firmware without software endstops knows no M211; then the limits are asked, and all else is told.
+#[test]
+fn marlin_without_endstops_tells_the_rest() {
+    use std::io::{BufRead, BufReader, Write};
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = trunnion::link::serial::Address::parse(&format!("tcp:{}", listener.local_addr().unwrap()));
+    let text = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let (mut host, _) = listener.accept().unwrap();
+            for line in BufReader::new(host.try_clone().unwrap()).lines().map_while(Result::ok) {
+                let of = |code: &str| {
+                    let from = MARLIN.split(&format!("Send: {code}\n")).nth(1).unwrap();
+                    from.split("Send:").next().unwrap().replace("Recv: ", "")
+                };
+                let says = match &*line {
+                    "M211" => "echo:Unknown command: \"M211\"\nok\n".to_owned(),
+                    code => of(code),
+                };
+                host.write_all(says.as_bytes()).unwrap();
+            }
+        });
+        read_machine(&at(&address), "mine.answers.txt", &World::here(&Silent)).unwrap()
+    });
+    let done = import_profile(&request(text, &DIRECTIONS), &World::here(&Silent)).unwrap();
+    assert_eq!(done.profile.limits.max_feed_mm_per_min, 12_000.0);
+    assert!(["limits.x_mm", "limits.z_mm", "kinematics.tilt.max_deg"].iter().all(|key| done.unanswered.contains(key)));
+    assert!(done.notes.iter().any(|note| note.contains("M211")), "{:?}", done.notes);
 }
 
 /// A port at which something else answers than a printer, or half of one.

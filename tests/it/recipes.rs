@@ -49,6 +49,17 @@ fn outputs(block: &str) -> BTreeSet<&str> {
     written.filter(|word| ENDINGS.iter().any(|ending| word.ends_with(ending))).collect()
 }
 
+/// A program that a page leaves running, by the file with its number; ended with the page, whatever becomes of it.
+struct Background(PathBuf);
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        if let Ok(number) = std::fs::read_to_string(&self.0) {
+            let _ = Command::new("kill").arg(number.trim()).output();
+        }
+    }
+}
+
 /// Runs the blocks of `page`; what each writes must be there, and a program finished.
 fn run(page: &str) {
     let own = Path::new(env!("CARGO_BIN_EXE_trunnion")).parent().unwrap();
@@ -56,6 +67,7 @@ fn run(page: &str) {
     let path = std::env::join_paths(std::iter::once(own.to_owned()).chain(std::env::split_paths(&path))).unwrap();
     let folder = folder();
     let here = folder.path();
+    let _background = Background(here.join("simulated.pid"));
     for part_of_a_clone in ["fixtures", "docs"] {
         std::os::unix::fs::symlink(root().join(part_of_a_clone), here.join(part_of_a_clone)).unwrap();
     }
@@ -106,6 +118,11 @@ fn of_orientation() {
 #[test]
 fn of_an_own_machine() {
     run("how-to/machine.md");
+}
+
+#[test]
+fn of_a_first_machine() {
+    run("how-to/first-machine.md");
 }
 
 #[test]

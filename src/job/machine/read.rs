@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::error::MachineError;
 use crate::gcode::meaning::Firmware;
 use crate::input::Source;
-use crate::job::printer::Talk;
+use crate::job::printer::{PrinterError, Talk};
 use crate::link::serial::Address;
 use crate::publish::{Fingerprint, Inquiry, Key, ServerAddress, configuration};
 use crate::world::World;
@@ -78,8 +78,11 @@ fn at_port(address: &Address, baud: u32, world: &World<'_>) -> Result<String, Ma
         }
         _ => {
             kept.take("M115", &said);
-            for line in ["M503", "M211"] {
-                kept.ask(&mut talk, line)?;
+            kept.ask(&mut talk, "M503")?;
+            // Not there in a firmware without software endstops: its limits are asked then.
+            match kept.ask(&mut talk, "M211") {
+                Err(MachineError::Printer(PrinterError::Refuses { answer, .. })) => kept.take("M211", &[answer]),
+                done => drop(done?),
             }
         }
     }

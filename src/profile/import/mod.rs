@@ -131,7 +131,7 @@ impl Kind {
             let said = if name.starts_with("reprapfirmware") { Self::RepRapSaid } else { Self::MarlinSaid };
             return (!klipper).then_some(said);
         }
-        let lines = text.lines().map(|line| line.trim().trim_start_matches("Recv:").trim_start());
+        let lines = text.lines().map(|line| said::untimed(line).trim_start_matches("Recv:").trim_start());
         let numbered = |line: &str| line.starts_with("[AXS:") || line.starts_with("$110=");
         lines.into_iter().any(numbered).then_some(Self::GrblSaid)
     }

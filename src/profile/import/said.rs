@@ -22,11 +22,27 @@ const GRBL_ROTARY: [&str; 2] = ["ABC", "ABCUVW"];
 pub(super) fn lines(file: &File) -> impl Iterator<Item = (StatedAt, &str)> {
     let sent = |line: &str| [">>>", "Send:", "Sent:"].iter().any(|mark| line.starts_with(mark));
     let ended = file.text.matches('\n').count();
-    file.lines().take(ended).filter(move |(_, line)| !sent(line.trim_start())).map(|(place, line)| {
-        let line = line.trim();
-        let line = ["Recv:", "<<<"].iter().find_map(|mark| line.strip_prefix(mark)).unwrap_or(line).trim_start();
-        (place, line.strip_prefix("echo:").unwrap_or(line).trim())
-    })
+    file.lines()
+        .take(ended)
+        .map(|(place, line)| (place, untimed(line)))
+        .filter(move |(_, line)| !sent(line.trim_start()))
+        .map(|(place, line)| {
+            let line = line.trim();
+            let line = ["Recv:", "<<<"].iter().find_map(|mark| line.strip_prefix(mark)).unwrap_or(line).trim_start();
+            (place, line.strip_prefix("echo:").unwrap_or(line).trim())
+        })
+}
+
+/// A line without the time that a host's log has before it (`22:59:43.907:`, `2026-11-28 19:00:00,123 -`).
+pub(super) fn untimed(line: &str) -> &str {
+    let mut rest = line.trim_start();
+    while let Some((first, behind)) = rest.split_once(char::is_whitespace)
+        && !first.is_empty()
+        && first.chars().all(|c| c.is_ascii_digit() || "-:.,[]T".contains(c))
+    {
+        rest = behind.trim_start();
+    }
+    rest
 }
 
 /// Words such as `X200.00`, of the letters that stand before numbers.
