@@ -68,6 +68,25 @@ const ROTARY: [Seen; 8] = [
 const EITHER: [Seen; 3] = [Seen::Yes, Seen::No, Seen::Unsure];
 
 impl Seen {
+    /// What a step the other way would have shown.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Right => Self::Left,
+            Self::Left => Self::Right,
+            Self::Away => Self::Towards,
+            Self::Towards => Self::Away,
+            Self::Apart => Self::Closer,
+            Self::Closer => Self::Apart,
+            Self::NearSank => Self::NearRose,
+            Self::NearRose => Self::NearSank,
+            Self::RightSank => Self::RightRose,
+            Self::RightRose => Self::RightSank,
+            Self::Anticlockwise => Self::Clockwise,
+            Self::Clockwise => Self::Anticlockwise,
+            other => other,
+        }
+    }
+
     /// Quarter turns from the person's right, anticlockwise from above, of the way that a nozzle went or of the axis about which a table tilted.
     fn quarter(self) -> Option<u8> {
         match self {
@@ -102,7 +121,8 @@ pub struct JogQuestion {
     pub subject: JogSubject,
     /// The axis; a blank for [`JogSubject::Ready`].
     pub axis: char,
-    /// By how much it is moved before the question, and moved back after the answer, mm or degrees; 0 where nothing moves.
+    /// By how much it is moved before the question, and moved back after the answer, mm or degrees; 0 where nothing moves. Whoever has no room
+    /// for it moves the other way, puts that in, and hands on [`Seen::opposite`].
     pub step: f64,
     /// Where its word stands, for [`JogSubject::Level`] where the machine tells; whoever asks puts it in.
     pub word: Option<f64>,
@@ -167,8 +187,11 @@ pub enum JogFault {
         /// The axis.
         axis: char,
     },
+    /// A printer that does not tell whether its nozzle is cold.
+    #[error("the printer does not report the nozzle's temperature; select its tool (T0), then run this again")]
+    NoTemperature,
     /// An axis too near to its end.
-    #[error("{axis} is at {word:.2}, and its test needs it between {low:.2} and {high:.2}; move it there first")]
+    #[error("{axis} is at {word:.2}, without room for its test; move it to between {low:.2} and {high:.2} first")]
     NoRoom {
         /// The axis.
         axis: char,
@@ -180,7 +203,7 @@ pub enum JogFault {
         high: f64,
     },
     /// What happened was not seen.
-    #[error("what {axis} does is not known, so the profile stays unproved; run this again and watch {axis}")]
+    #[error("what {axis} does is not known, so nothing was written; run this again and watch {axis}")]
     Unseen {
         /// The axis.
         axis: char,
@@ -201,8 +224,8 @@ pub enum JogFault {
     },
     /// Left-handed coordinates.
     #[error(
-        "X and Y are left-handed (with X to the right, Y must move the nozzle away from you), so every print would be mirrored; reverse \
-         one of the two in the firmware"
+        "X and Y are left-handed (with X to the right, Y must move the nozzle away from you); if the table moves, answer where the nozzle \
+         went over it, and run this again; else every print is mirrored, and one of the two must be reversed in the firmware"
     )]
     Mirrored,
     /// Another angle than was sent.
@@ -271,7 +294,7 @@ impl Jog {
         })
     }
 
-    /// Takes what was seen, and the word at which the axis stands where that was asked about and the machine tells it.
+    /// Takes what was seen of the step forwards, and the word at which the axis stands where that was asked about and the machine tells it.
     ///
     /// # Errors
     ///
@@ -313,7 +336,7 @@ impl Jog {
             (1, Some(quarter)) => match (quarter + 4 - self.view) % 4 {
                 1 => {}
                 3 => return Err(JogFault::Mirrored),
-                _ => return Err(astray("move the nozzle across the way of X")),
+                _ => return Err(astray("move the nozzle at a right angle to X")),
             },
             (1, None) => return Err(astray("move the nozzle level over the table")),
             _ if seen != Seen::Apart => return Err(astray("move the nozzle away from the table")),

@@ -30,24 +30,24 @@ fn answer(seen: Seen, subject: JogSubject) -> &'static str {
 
 /// A question with its answers, numbered from 1.
 pub fn jog_question(question: &JogQuestion, profile: &Profile) -> String {
-    let axis = question.axis;
+    let (axis, step) = (question.axis, question.step);
     let reach = profile.table_slab().into_iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
     let mut out = match question.subject {
         JogSubject::Ready => format!(
             "Each axis will move by {JOG_MM} mm or {JOG_DEG} degrees and back. Are all axes homed, the table level and empty, the head high \
-             above it, and can you reach the switch?"
+             above it, and can you reach the power switch? Stand where you see the table, and stay there until the end."
         ),
         JogSubject::Way => format!(
-            "{axis} moved by {JOG_MM} mm. Where did the nozzle go over the table? (If the table moved, the nozzle went the other way.)"
+            "{axis} moved by {step} mm. Where did the nozzle go over the table? (If the table moved, the nozzle went the other way.)"
         ),
-        JogSubject::Table => format!("{axis} moved by {JOG_DEG} degrees. What did the table do?"),
+        JogSubject::Table => format!("{axis} moved by {step} degrees. What did the table do?"),
         JogSubject::Amount => format!(
-            "{axis} moved by {JOG_DEG} degrees again. Was it about that much? (The rim, {reach:.0} mm out, moves by about {:.0} mm.)",
+            "{axis} moved by {step} degrees again. Was it about that much? (The rim, {reach:.0} mm out, moves by about {:.0} mm.)",
             reach * JOG_DEG.to_radians()
         ),
         JogSubject::Level => {
-            let word = question.word.map_or_else(String::new, |word| format!("{word:.2}"));
-            format!("{axis} is back at {axis}{word}. Is the table level now? (Use a spirit level.)")
+            let word = question.word.map_or_else(String::new, |word| format!(" ({axis}{word:.2})"));
+            format!("{axis} is back where it was{word}. Is the table level now? (Use a spirit level.)")
         }
     };
     for (i, seen) in question.answers.iter().enumerate() {
@@ -64,7 +64,7 @@ pub fn jogged(done: &JogResult) -> String {
         seen.tilt, seen.about, seen.tilt_direction, seen.rotation, seen.rotation_direction
     );
     if let Some(level) = seen.level_deg {
-        let _ = write!(out, "; it is level at {}{level:.2}", seen.tilt);
+        let _ = write!(out, "; the table is level at {}{level:.2}", seen.tilt);
     }
     if done.changes.is_empty() {
         let _ = write!(out, "\n{}: all as in the profile", done.machine.name);

@@ -64,7 +64,11 @@ pub fn checked(machine: &CheckedProfile) -> String {
     }
     out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
     if let Sight::Seen(date) = profile.sight() {
-        let _ = write!(out, "\nthe axes were seen to move so on {date}: {}", profile.axes_in_words());
+        let _ = write!(
+            out,
+            "\nthe axes were seen to move so on {date}: {}",
+            profile.machine.jogged_as.clone().unwrap_or_default()
+        );
     }
     if let Some(text) = unseen(profile, &machine.machine.name) {
         let _ = write!(out, "\n{text}");

@@ -21,20 +21,25 @@ impl Profile {
         !self.head.measured && reference.is_ok_and(|body| body == self.head.body)
     }
 
-    /// What each axis of the table does, as `[machine] jogged_as` has it.
-    pub fn axes_in_words(&self) -> String {
+    /// What each axis of the table does, as `[machine] jogged_as` has it; with the word at which it is level where that was seen too.
+    pub fn axes_in_words(&self, level: bool) -> String {
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
         let name = |letter: char, stepper: &Option<String>| stepper.clone().unwrap_or_else(|| letter.to_string());
         let about = if tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
         let [tilts, turns] = [name(tilt.letter, &tilt.stepper), name(rotation.letter, &rotation.stepper)];
         let (up, round) = (tilt.direction, rotation.direction);
-        format!("{tilts} about {about} {up:+}, level at {}; {turns} {round:+}", tilt.zero_deg)
+        // A profile for another machine that extends this one is not seen by that.
+        let name = &self.machine.name;
+        let level = if level { format!(", level at {}", tilt.zero_deg) } else { String::new() };
+        format!("{name}: {tilts} about {about} {up:+}{level}; {turns} {round:+}")
     }
 
     /// Whether what the axes do was seen on the machine, and is still what the profile says.
     pub fn sight(&self) -> Sight {
         match (&self.machine.jogged, &self.machine.jogged_as) {
-            (Some(date), Some(seen)) if *seen == self.axes_in_words() => Sight::Seen(date.clone()),
+            (Some(date), Some(seen)) if [true, false].iter().any(|level| *seen == self.axes_in_words(*level)) => {
+                Sight::Seen(date.clone())
+            }
             (Some(date), _) => Sight::Changed(date.clone()),
             _ => Sight::Never,
         }

@@ -15,9 +15,9 @@ use super::line::{Line, Question, Reached, escaped};
 use super::web::Web;
 
 /// More axes than any board drives.
-const MOST_AXES: usize = 20;
-/// What the model says of the whole machine.
-const KEYS: [&str; 2] = ["move.kinematics", "network"];
+pub const MOST_AXES: usize = 20;
+/// What a board's object model says of the whole machine.
+pub const MACHINE_KEYS: [&str; 2] = ["move.kinematics", "network"];
 
 /// A server that is asked about its machine.
 #[derive(Clone, Copy)]
@@ -107,7 +107,7 @@ fn model(line: &Line<'_>) -> Result<String, ServerFault> {
             break;
         }
     }
-    for key in KEYS {
+    for key in MACHINE_KEYS {
         say(key)?;
     }
     Ok(out)

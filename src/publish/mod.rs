@@ -54,7 +54,7 @@ mod web;
 
 pub use address::{BadInput, Key, Kind, ServerAddress, file_name};
 pub use api::{Delivered, Delivery};
-pub use configuration::{Inquiry, configuration};
+pub use configuration::{Inquiry, MACHINE_KEYS, MOST_AXES, configuration};
 pub use console::ServerConsole;
 pub use deliver::deliver;
 pub use fault::{PublishError, ServerFault};

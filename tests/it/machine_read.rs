@@ -1,6 +1,7 @@
 //! `machine read`: what firmwares say of themselves becomes a profile, and what they do not say is asked.
 
 use std::collections::BTreeMap;
+use std::sync::Mutex;
 use std::time::Duration;
 
 use serde_json::json;
@@ -11,7 +12,7 @@ use trunnion::job::{
 use trunnion::profile::{Sight, resolve};
 use trunnion::publish::{Ask, ServerAddress, ServerAnswer, Trouble, Web};
 
-use crate::jogged::{BASES, Person, Real, at, drawn, printer};
+use crate::jogged::{BASES, Person, Real, at, drawn, printer, side_by_side};
 use crate::support::{folder, note, said, seeds, trunnion};
 
 /// What nobody can tell but a person, answered as for a machine with the profile's own axes.
@@ -40,13 +41,13 @@ fn facts(text: &str) -> Option<BTreeMap<&'static str, String>> {
 
 #[test]
 fn what_is_said_is_what_the_machine_has_and_the_rest_is_seen() {
-    let mut by_firmware: BTreeMap<&str, u32> = BTreeMap::new();
-    for seed in seeds(24, 200) {
+    let by_firmware: Mutex<BTreeMap<&str, u32>> = Mutex::default();
+    side_by_side(seeds(24, 200), |seed| {
         let real = Real { base: BASES[seed as usize % 3], ..drawn(seed) };
         let own = resolve("x.toml", &format!("extends = \"{}\"", real.base)).unwrap().0.kinematics;
         let letters = [own.tilt.letter, own.rotation.letter];
         let real = Real { letters: if seed / 3 % 2 == 0 { letters } else { [letters[1], letters[0]] }, ..real };
-        *by_firmware.entry(real.base).or_default() += 1;
+        *by_firmware.lock().unwrap().entry(real.base).or_default() += 1;
         let (folder, world) = (folder(), World::here(&Silent));
         printer(&real, folder.path(), |address, log| {
             let text = read_machine(&at(address), "mine.answers.txt", &world)
@@ -87,7 +88,8 @@ fn what_is_said_is_what_the_machine_has_and_the_rest_is_seen() {
                 "{seed} {real:?}"
             );
         });
-    }
+    });
+    let by_firmware = by_firmware.into_inner().unwrap();
     note(&format!("{by_firmware:?}"));
     assert_eq!(by_firmware.len(), 3);
 }
@@ -178,6 +180,7 @@ fn half_an_answer_states_nothing_else() {
 fn what_cannot_be_is_refused_with_its_line() {
     for (from, to, code, words) in [
         ("AXIS_COUNT:5", "AXIS_COUNT:6", "import/at", "counts 6 axes"),
+        ("G21 ; (mm)", "G20 ; (in)", "import/at", "reports inches"),
         (" A25.00 C40.00", "", "import/at", "M115 counts 5 axes"),
         ("A25.00 C40.00", "A25.00 C4O.00", "import/at", "M203 C must be a finite number"),
         ("Recv: echo:; Bilinear", "Recv: echo:  M203 X90.00\nRecv: echo:; Bilinear", "import/contradiction", "M203 X"),
@@ -189,6 +192,20 @@ fn what_cannot_be_is_refused_with_its_line() {
         let error = made(&MARLIN.replace(from, to), &DIRECTIONS).unwrap_err();
         assert!(error.code() == code && error.to_string().contains(words), "{} {error}", error.code());
     }
+    // Extruders with speeds of their own; grblHAL's names and passwords; a macro that speaks of M115.
+    let own = "Recv: echo:  M203 T0 E60.00\nRecv: echo:  M203 T1 E40.00\nRecv: echo:  M201 T0 E1.00\nRecv: echo:  M201 T1 E2.00\n";
+    let several =
+        MARLIN.replace(" E60.00", "").replace("Recv: echo:; Bilinear", &format!("{own}Recv: echo:; Bilinear"));
+    assert_eq!(
+        made(&several, &DIRECTIONS).unwrap().profile.kinematics,
+        made(MARLIN, &DIRECTIONS).unwrap().profile.kinematics
+    );
+    let grbl = "[AXS:5:XYZAC]\n$11=0.010\n$74=MyNet\n$75=secret\n$110=9000\n$111=8000\n$112=900\n$113=1200\n$114=2400\n$120=500\n";
+    assert_eq!(made(grbl, &DIRECTIONS).unwrap().profile.limits.max_feed_mm_per_min, 8000.0);
+    let named = format!("FIRMWARE_NAME:grblHAL PROTOCOL_VERSION:1.1\n{grbl}");
+    assert_eq!(made(&named, &DIRECTIONS).unwrap().profile.kinematics.tilt.max_deg_per_s, 20.0);
+    let speaks = "[printer]\nkinematics: corexy\n[gcode_macro M115]\ngcode:\n  RESPOND MSG=\"FIRMWARE_NAME:Marlin\"\n";
+    assert!(made(speaks, &DIRECTIONS).unwrap_err().to_string().contains("rotary"), "it is a printer.cfg");
     let penta = made(&MARLIN.replace("KINEMATICS:Cartesian", "KINEMATICS:PENTA_AXIS_TRT"), &[]).unwrap();
     let k = &penta.profile.kinematics;
     assert_eq!((k.tilt.direction, k.rotation.direction), (-1, -1), "that fork's own way to count");
@@ -367,17 +384,24 @@ fn a_port_without_a_printer_is_told_as_such() {
             _ => "HTTP/1.1 400 Bad Request\n",
         }
     };
-    for (kind, code, exit, words) in [
+    let all = [
         ("half", "job/halfway", 4, "M503"),
         ("deaf", "job/refuses", 4, "M503"),
         ("klipper", "job/speechless", 2, "moonraker"),
         ("page", "job/mute", 4, "115200 baud"),
-    ] {
+        ("flood", "job/mute", 4, "115200 baud"),
+    ];
+    let one = |(kind, code, exit, words): (&'static str, &str, i32, &str)| {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let place = format!("tcp:{}", listener.local_addr().unwrap());
         let answer = answers(kind);
         std::thread::spawn(move || {
             let (mut host, _) = listener.accept().unwrap();
+            if kind == "flood" {
+                while host.write_all(b"wait\n").is_ok() {
+                    std::thread::sleep(Duration::from_millis(50));
+                }
+            }
             let lines = BufReader::new(host.try_clone().unwrap()).lines();
             lines.map_while(Result::ok).for_each(|line| host.write_all(answer(&line).as_bytes()).unwrap_or_default());
         });
@@ -387,5 +411,10 @@ fn a_port_without_a_printer_is_told_as_such() {
         assert_eq!(run.status.code(), Some(exit), "{kind}: {}", said(&run));
         assert!(crate::support::fails(&said(&run), &format!("{code}: {words}")), "{kind}: {}", said(&run));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{kind}: nothing is written");
-    }
+    };
+    std::thread::scope(|scope| {
+        for case in all {
+            scope.spawn(move || one(case));
+        }
+    });
 }

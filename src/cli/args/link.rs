@@ -171,7 +171,7 @@ pub(in crate::cli) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// Imitate a peculiarity of some printers: advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc; may be repeated
+    /// Imitate a peculiarity of some printers: advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, work-offset, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
     /// Baud rate of the simulated wire [default: no limit]

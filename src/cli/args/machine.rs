@@ -34,7 +34,7 @@ pub(in crate::cli) struct Read {
 
 #[derive(ClapArgs)]
 #[command(after_help = "\
-Nothing is heated. Home the machine, level and clear the table, and raise the head before you begin; keep a hand on the switch.
+Nothing is heated. Home the machine, level and clear the table, and raise the head before you begin; keep a hand on the power switch.
 Each question is answered by its number. Klipper is moved through Moonraker, others at a port.")]
 pub(in crate::cli) struct Jog {
     #[command(flatten)]

@@ -101,7 +101,7 @@ pub(in crate::cli) enum Verb {
     /// List, show, check and calibrate machine profiles
     #[command(subcommand)]
     Profile(Profile),
-    /// Ask a connected machine for its settings, and try which axis does what
+    /// Ask a connected machine for its settings, and try which way each axis moves
     #[command(subcommand)]
     Machine(Machine),
 }

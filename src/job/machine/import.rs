@@ -344,6 +344,9 @@ impl ImportedProfile {
         for (key, value) in own.into_iter().filter(|(key, _)| told(&self.answers, key).is_none()) {
             rows.push((key.to_owned(), Value::String(one_line(&value)), String::new()));
         }
+        if self.profile.head.measured && self.profile.head.body == self.like.profile.head.body {
+            rows.push(("head.measured".to_owned(), Value::Boolean(false), "the other machine's head".to_owned()));
+        }
         for fact in &self.facts {
             let how = if fact.how.is_empty() { String::new() } else { format!(": {}", fact.how) };
             rows.push((fact.key.to_owned(), fact.value.clone(), format!("{}{how}", places(&fact.from))));

@@ -11,7 +11,7 @@ use super::read::MachineAt;
 use crate::calibrate::{ClearWay, JOG_DEG, JOG_MM, Jog, JogFault, JogQuestion, JogSubject, Jogged, Seen};
 use crate::gcode::meaning::Firmware;
 use crate::input::{LoadedProfile, MachineSource, load_profile};
-use crate::job::printer::protocol;
+use crate::job::printer::{PrinterError, protocol};
 use crate::profile::{Profile, TiltAxisName};
 use crate::world::World;
 
@@ -65,7 +65,7 @@ pub struct JogResult {
 
 /// Moves each axis of a machine by a little and asks what was seen; `ask` puts a question, and gives `None` where nobody answers.
 ///
-/// An axis goes back as soon as its question is answered, and stays where it is while nobody answers.
+/// An axis goes back as soon as its question is answered, and where the answers end.
 ///
 /// # Errors
 ///
@@ -84,28 +84,14 @@ pub fn jog(
         let (found, wanted) = (means.firmware().name(), profile.firmware().name());
         return Err(JogFault::OtherFirmware { found: found.to_owned(), wanted: wanted.to_owned() }.into());
     }
-    let mut hand = Hand { means, profile };
+    let mut hand = Hand { means, profile, at: Vec::new(), axes: Vec::new() };
     let letters = hand.letters()?;
     let mut jog = Jog::new(&letters);
-    while let Some(mut question) = jog.question() {
-        if question.step != 0.0 {
-            hand.step(question.axis, question.step)?;
-        }
-        if question.subject == JogSubject::Level {
-            question.word = hand.word(question.axis)?;
-        }
-        let seen = ask(&question, profile).ok_or_else(|| MachineError::Answer {
-            what: question.axis.to_string(),
-            why: "no answer; the axis stays where it is, and nothing was written".to_owned(),
-        })?;
-        if question.step != 0.0 {
-            hand.step(question.axis, -question.step)?;
-        }
-        jog.answer(seen, question.word)?;
-        if question.subject == JogSubject::Ready {
-            hand.begin()?;
-        }
-    }
+    let tried = hand.all(&mut jog, ask);
+    // Klipper's motors are let go, whatever came of it: its own macros move none that is an axis.
+    let freed = hand.free();
+    tried?;
+    freed?;
     let (jogged, date) = (jog.found()?, world.clock.today().unwrap_or_else(|| "unknown".to_owned()));
     let mut done = JogResult { changes: changes(profile, &jogged), jogged, date, unfit: None, machine };
     done.unfit = done.written().validate().err().map(|error| error.to_string());
@@ -116,9 +102,40 @@ pub fn jog(
 struct Hand<'a> {
     means: Means<'a>,
     profile: &'a Profile,
+    /// Where the axes stood when the test began, by their words; what is not known is not here.
+    at: Vec<(char, f64)>,
+    /// Lines that make axes of Klipper's motors no axes again.
+    axes: Vec<String>,
 }
 
 impl Hand<'_> {
+    /// All questions to the end.
+    fn all(&mut self, jog: &mut Jog, ask: &dyn Fn(&JogQuestion, &Profile) -> Option<Seen>) -> Result<(), MachineError> {
+        while let Some(mut question) = jog.question() {
+            if question.step != 0.0 {
+                question.step *= self.way(question.axis, question.step)?;
+                self.step(question.axis, question.step)?;
+            }
+            if question.subject == JogSubject::Level {
+                question.word = self.word(question.axis);
+            }
+            let seen = ask(&question, self.profile);
+            if question.step != 0.0 {
+                self.back(question.axis, question.step)?;
+            }
+            let seen = seen.ok_or_else(|| MachineError::Answer {
+                what: question.axis.to_string(),
+                why: "no answer; nothing was written".to_owned(),
+            })?;
+            let forwards = if question.step < 0.0 { seen.opposite() } else { seen };
+            jog.answer(forwards, question.word)?;
+            if question.subject == JogSubject::Ready {
+                self.begin()?;
+            }
+        }
+        Ok(())
+    }
+
     /// The rotary axes: what the machine has beside X, Y, Z and its extruder; where it does not tell, those of the profile.
     fn letters(&mut self) -> Result<Vec<char>, MachineError> {
         let mut all = self.all_letters()?;
@@ -144,57 +161,124 @@ impl Hand<'_> {
         Ok(self.means.position()?.into_iter().map(|(letter, _)| letter).collect())
     }
 
-    fn word(&mut self, axis: char) -> Result<Option<f64>, MachineError> {
-        Ok(self.means.position()?.into_iter().find(|(letter, _)| *letter == axis).map(|(_, at)| at))
+    fn word(&self, axis: char) -> Option<f64> {
+        self.at.iter().find(|(letter, _)| *letter == axis).map(|(_, at)| *at)
     }
 
-    /// Looks whether a step of each axis is safe, and makes the rotary axes axes where that is what the start code does.
-    fn begin(&mut self) -> Result<(), MachineError> {
-        self.cold()?;
-        let at = self.means.position()?;
+    /// 1 where a step forwards stays within the axis' ends, else -1 where one backwards does.
+    fn way(&self, axis: char, step: f64) -> Result<f64, MachineError> {
+        let Some(word) = self.word(axis) else { return Ok(1.0) };
         let room = self.profile.linear_limits();
         let (tilt, rotation) = (&self.profile.kinematics.tilt, &self.profile.kinematics.rotation);
-        let stops = rotation.stops_deg().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        let above = self.above();
-        for (axis, low, high, step) in [
-            ('X', room.min.x, room.max.x, JOG_MM),
-            ('Y', room.min.y, room.max.y, JOG_MM),
-            ('Z', above, room.max.z, JOG_MM),
-            (tilt.letter, tilt.min_deg, tilt.max_deg, JOG_DEG),
-            (rotation.letter, stops[0], stops[1], JOG_DEG),
-        ] {
-            let Some((_, word)) = at.iter().find(|(letter, _)| *letter == axis) else {
-                // Only of what turns it may be untold, as Klipper's motors are.
-                if "XYZ".contains(axis) {
-                    return Err(JogFault::NoPlace { axis }.into());
-                }
-                continue;
-            };
-            if *word < low || word + step > high {
-                return Err(JogFault::NoRoom { axis, word: *word, low, high: high - step }.into());
-            }
+        let ends = match axis {
+            'X' => [room.min.x, room.max.x],
+            'Y' => [room.min.y, room.max.y],
+            'Z' => [self.above().max(room.min.z), room.max.z],
+            axis if axis == tilt.letter => [tilt.min_deg, tilt.max_deg],
+            axis if axis == rotation.letter => rotation.stops_deg().unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+            // No profile knows its ends: towards zero there is room.
+            _ => return Ok(if word > 0.0 { -1.0 } else { 1.0 }),
+        };
+        match ends {
+            [low, high] if word >= low && word + step <= high => Ok(1.0),
+            [low, high] if word <= high && word - step >= low => Ok(-1.0),
+            [low, high] => Err(JogFault::NoRoom { axis, word, low, high: high - step }.into()),
         }
-        self.register()
+    }
+
+    /// Looks where everything stands and whether it is cold, brings the firmware to the units that are meant, and makes axes of Klipper's motors
+    /// where that is what the start code does.
+    fn begin(&mut self) -> Result<(), MachineError> {
+        match self.means.hottest()? {
+            Some(c) if c <= COLD_C => {}
+            Some(c) => return Err(JogFault::Hot { c, allowed: COLD_C }.into()),
+            None => return Err(JogFault::NoTemperature.into()),
+        }
+        self.millimetres()?;
+        self.at = self.means.position()?;
+        if let Some(axis) = "XYZ".chars().find(|axis| self.word(*axis).is_none()) {
+            // Only of what turns it may be untold, as of Klipper's motors.
+            return Err(JogFault::NoPlace { axis }.into());
+        }
+        self.register()?;
+        let k = &self.profile.kinematics;
+        for (axis, step) in
+            [('X', JOG_MM), ('Y', JOG_MM), ('Z', JOG_MM), (k.tilt.letter, JOG_DEG), (k.rotation.letter, JOG_DEG)]
+        {
+            self.way(axis, step)?;
+        }
+        Ok(())
+    }
+
+    /// Millimetres, a minute, and axes that the firmware does not move by itself.
+    fn millimetres(&mut self) -> Result<(), MachineError> {
+        match self.means.firmware() {
+            Firmware::Grbl => ["G21", "G94", "G49"].into_iter().try_for_each(|line| self.means.run(line))?,
+            Firmware::RepRapFirmware => self.means.run("G21")?,
+            Firmware::Klipper => {}
+            // One that knows no inches does not know it.
+            _ => match self.means.run("G21") {
+                Err(MachineError::Printer(PrinterError::Refuses { .. })) => {}
+                done => done?,
+            },
+        }
+        let follows = self.profile.dialect.start.lines().any(|line| line.trim() == "G49");
+        if follows { self.means.run("G49") } else { Ok(()) }
     }
 
     /// Makes Klipper's motors axes as the start code does. It refuses one that is an axis already.
     fn register(&mut self) -> Result<(), MachineError> {
-        let names = |line: &str, word: &str| line.split_ascii_whitespace().any(|own| own.starts_with(word));
-        let lines = self.profile.dialect.start.lines().map(str::trim).filter(|line| {
-            let known = names(line, "GCODE_AXIS=") || names(line, "SET_POSITION=");
-            line.starts_with("MANUAL_STEPPER ") && known && !names(line, "MOVE=")
+        let value = |line: &str, word: &str| -> Option<String> {
+            line.split_ascii_whitespace().find_map(|own| own.strip_prefix(word)).map(str::to_owned)
+        };
+        let own = self.profile.dialect.start.lines().map(str::trim).filter(|line| {
+            let known = value(line, "GCODE_AXIS=").is_some() || value(line, "SET_POSITION=").is_some();
+            line.starts_with("MANUAL_STEPPER ") && known && value(line, "MOVE=").is_none()
         });
-        let motor =
-            |line: &str| line.split_ascii_whitespace().find(|word| word.starts_with("STEPPER=")).map(str::to_owned);
-        let free = |motor: String| format!("MANUAL_STEPPER {motor} GCODE_AXIS=");
-        let lines: Vec<String> = lines.map(str::to_owned).collect();
-        let axes = lines.iter().filter(|line| names(line, "GCODE_AXIS=")).filter_map(|line| motor(line)).map(free);
+        let mut lines: Vec<String> = own.map(str::to_owned).collect();
         // What commands turn counts from where it stands.
-        let own = self.profile.steppers().into_iter().flatten();
-        let zeros = own.map(|name| format!("MANUAL_STEPPER STEPPER={name} SET_POSITION=0"));
-        let zeros: Vec<String> = zeros.collect();
-        for line in axes.collect::<Vec<_>>().iter().chain(&lines).chain(&zeros) {
+        let steppers = self.profile.steppers().into_iter().flatten();
+        lines.extend(steppers.map(|name| format!("MANUAL_STEPPER STEPPER={name} SET_POSITION=0")));
+        let axes = lines.iter().filter(|line| value(line, "GCODE_AXIS=").is_some());
+        self.axes = axes
+            .filter_map(|line| Some(format!("MANUAL_STEPPER STEPPER={} GCODE_AXIS=", value(line, "STEPPER=")?)))
+            .collect();
+        self.axes.dedup();
+        for line in self.axes.clone().iter().chain(&lines) {
             self.means.run(line)?;
+        }
+        self.at.extend(self.words_set(&lines, &value));
+        Ok(())
+    }
+
+    /// The words at which lines have just put Klipper's motors.
+    fn words_set(&self, lines: &[String], value: &dyn Fn(&str, &str) -> Option<String>) -> Vec<(char, f64)> {
+        let k = &self.profile.kinematics;
+        let of = |motor: &str, which: usize, letter: char| {
+            let named = self.profile.steppers().is_some_and(|both| both[which] == motor);
+            let registered = lines.iter().any(|line| {
+                value(line, "STEPPER=").as_deref() == Some(motor)
+                    && value(line, "GCODE_AXIS=").as_deref() == Some(letter.to_string().as_str())
+            });
+            named || registered
+        };
+        let mut words = Vec::new();
+        for line in lines {
+            let (Some(motor), Some(at)) = (value(line, "STEPPER="), value(line, "SET_POSITION=")) else { continue };
+            let Ok(at) = at.parse::<f64>() else { continue };
+            for (which, letter) in [k.tilt.letter, k.rotation.letter].into_iter().enumerate() {
+                if of(&motor, which, letter) {
+                    words.push((letter, at));
+                }
+            }
+        }
+        words
+    }
+
+    /// Ends what [`Hand::register`] began.
+    fn free(&mut self) -> Result<(), MachineError> {
+        for line in std::mem::take(&mut self.axes) {
+            self.means.run(&line)?;
         }
         Ok(())
     }
@@ -209,34 +293,48 @@ impl Hand<'_> {
         swept.min(self.profile.limits.z_mm[1] - NEAR_MM).max(tilted)
     }
 
-    fn cold(&mut self) -> Result<(), MachineError> {
-        match self.means.nozzle()?.filter(|heat| heat.iter().any(|c| *c > COLD_C)) {
-            Some([now, wanted]) => Err(JogFault::Hot { c: now.max(wanted), allowed: COLD_C }.into()),
-            None => Ok(()),
+    fn step(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
+        if let Some(name) = self.stepper(axis) {
+            return self.turn(&name, by);
         }
+        self.means.run("G91")?;
+        let moved = self.means.run(&format!("G1 {axis}{by} F{}", feed(axis)));
+        // Absolute again, whatever becomes of the move.
+        let absolute = self.means.run("G90");
+        moved?;
+        absolute?;
+        self.means.run(self.means.protocol().drain())
     }
 
-    fn step(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
+    /// To where the axis stood: a step that was cut short at an end would go back too far.
+    fn back(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
+        if let Some(name) = self.stepper(axis) {
+            return self.turn(&name, 0.0);
+        }
+        let Some(word) = self.word(axis) else { return self.step(axis, -by) };
+        self.means.run(&format!("G1 {axis}{word} F{}", feed(axis)))?;
+        self.means.run(self.means.protocol().drain())
+    }
+
+    /// Klipper's motor of an axis that commands turn; its zero is where it stood.
+    fn stepper(&self, axis: char) -> Option<String> {
         let k = &self.profile.kinematics;
-        let stepper = self.profile.steppers().and_then(|[tilt, rotation]| match axis {
+        let [tilt, rotation] = self.profile.steppers()?;
+        match axis {
             axis if axis == k.tilt.letter => Some(tilt),
             axis if axis == k.rotation.letter => Some(rotation),
             _ => None,
-        });
-        let wait = self.means.protocol().drain();
-        if let Some(name) = stepper {
-            let to = if by > 0.0 { by } else { 0.0 };
-            self.means.run(&format!("MANUAL_STEPPER STEPPER={name} SPEED={} MOVE={to}", SLOWLY / 60.0))?;
-        } else {
-            let feed = if "XY".contains(axis) { FEED } else { SLOWLY };
-            self.means.run("G91")?;
-            // Absolute again, whatever becomes of the move.
-            let moved = self.means.run(&format!("G1 {axis}{by} F{feed}"));
-            self.means.run("G90")?;
-            moved?;
         }
-        self.means.run(wait)
     }
+
+    fn turn(&mut self, name: &str, to: f64) -> Result<(), MachineError> {
+        self.means.run(&format!("MANUAL_STEPPER STEPPER={name} SPEED={} MOVE={to}", SLOWLY / 60.0))
+    }
+}
+
+/// So fast an axis is moved, mm or degrees a minute.
+fn feed(axis: char) -> f64 {
+    if "XY".contains(axis) { FEED } else { SLOWLY }
 }
 
 /// The keys that the machine contradicts.
@@ -296,7 +394,7 @@ impl JogResult {
             tilt.zero_deg = change.seen.as_float().unwrap_or(tilt.zero_deg);
         }
         profile.machine.jogged = Some(self.date.clone());
-        profile.machine.jogged_as = Some(profile.axes_in_words());
+        profile.machine.jogged_as = Some(profile.axes_in_words(self.jogged.level_deg.is_some()));
         profile
     }
 

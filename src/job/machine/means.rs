@@ -4,7 +4,7 @@ use super::error::MachineError;
 use super::read::MachineAt;
 use crate::gcode::meaning::Firmware;
 use crate::job::printer::Talk;
-use crate::link::{Protocol, Reply};
+use crate::link::{Protocol, Reply, Status};
 use crate::publish::{Inquiry, ServerConsole};
 use crate::world::World;
 
@@ -58,36 +58,83 @@ impl<'a> Means<'a> {
     /// The words at which the axes stand, as far as the machine tells them.
     pub(super) fn position(&mut self) -> Result<Vec<(char, f64)>, MachineError> {
         let order = self.order().unwrap_or("XYZ").to_owned();
-        let (asks, wording) = (if self.firmware() == Firmware::Grbl { "?" } else { "M114" }, self.protocol().wording());
-        let said = match self {
-            Self::Port(talk, _) => talk.ask(asks)?,
+        let (grbl, wording) = (self.firmware() == Firmware::Grbl, self.protocol().wording());
+        let talk = match self {
+            Self::Port(talk, _) => talk,
             Self::Server(console) => return Ok("XYZ".chars().zip(console.position()?).collect()),
         };
-        for line in said {
-            match Reply::read(wording, line.as_bytes()) {
-                Reply::Position(words) => return Ok(words.into_iter().map(|(of, at)| (of.into(), at)).collect()),
-                // Without letters it is unknown which number behind Z is whose.
-                Reply::Status(status) => return Ok(order.chars().zip(status.position).collect()),
-                _ => {}
+        // Grbl tells what the file's coordinates are off by in some of its reports only.
+        for _ in 0..if grbl { MOST_REPORTS } else { 1 } {
+            for line in talk.ask(if grbl { "?" } else { "M114" })? {
+                match Reply::read(wording, line.as_bytes()) {
+                    Reply::Position(words) => {
+                        return Ok(words.into_iter().map(|(of, at)| (of.into(), at + 0.0)).collect());
+                    }
+                    // Without letters it is unknown which number behind Z is whose.
+                    Reply::Status(Status { position, offset: Some(offset), .. }) => {
+                        let off = offset.into_iter().chain(std::iter::repeat(0.0));
+                        let words = position.into_iter().zip(off).map(|(at, off)| at - off + 0.0);
+                        return Ok(order.chars().zip(words).collect());
+                    }
+                    _ => {}
+                }
             }
         }
         Ok(Vec::new())
     }
 
-    /// The nozzle's temperature and what it shall become, degrees Celsius; `None` for a machine that heats nothing.
-    pub(super) fn nozzle(&mut self) -> Result<Option<[f64; 2]>, MachineError> {
-        let (grbl, wording) = (self.firmware() == Firmware::Grbl, self.protocol().wording());
+    /// The hottest nozzle's temperature or target, degrees Celsius; 0 for a machine that heats nothing, `None` where it is not told.
+    pub(super) fn hottest(&mut self) -> Result<Option<f64>, MachineError> {
+        let grbl = self.firmware() == Firmware::Grbl;
         let talk = match self {
-            Self::Server(console) => return Ok(Some(console.nozzle()?)),
-            Self::Port(_, _) if grbl => return Ok(None),
+            Self::Server(console) => return Ok(console.nozzle()?.into_iter().reduce(f64::max)),
+            Self::Port(_, _) if grbl => return Ok(Some(0.0)),
             Self::Port(talk, _) => talk,
         };
-        for line in talk.ask("M105")? {
-            let answer = format!("ok {line}");
-            if let Reply::Ok { report: Some(heat), .. } = Reply::read(wording, answer.as_bytes()) {
-                return Ok(heat.nozzle);
+        Ok(hottest(&talk.ask("M105")?.join(" ")))
+    }
+}
+
+/// So many of Grbl's reports have been without an offset that none has one.
+const MOST_REPORTS: usize = 40;
+
+/// The highest number of `T:21.3 /0.0 T1:240.0 /240.0 B:60.0 /60.0` that is a nozzle's; `None` without one, or where one is no number.
+fn hottest(report: &str) -> Option<f64> {
+    let spaced = report.replace('/', " /");
+    let mut nozzle = false;
+    let mut most: Option<f64> = None;
+    for word in spaced.split_ascii_whitespace() {
+        let number = match word.split_once(':') {
+            Some((name, number)) => {
+                nozzle = name.starts_with('T') && name[1..].chars().all(|c| c.is_ascii_digit());
+                number
             }
+            None => word.trim_start_matches('/'),
+        };
+        if nozzle && !number.is_empty() {
+            let value = number.parse::<f64>().ok().filter(|c| c.is_finite())?;
+            most = Some(most.map_or(value, |most| most.max(value)));
         }
-        Ok(None)
+    }
+    most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hottest;
+
+    #[test]
+    fn the_hottest_nozzle_counts_and_what_is_no_number_is_unknown() {
+        for (report, wanted) in [
+            ("T:21.3 /0.0 B:60.0 /60.0 @:0 B@:0", Some(21.3)),
+            ("T:20.0 /0.0 T0:20.0 /0.0 T1:30.0 /240.0 @:0", Some(240.0)),
+            ("B:22.0 /0.0 T0:22.0 /0.0", Some(22.0)),
+            ("T:19.4/ 210.0 B:1/ 2", Some(210.0)),
+            ("B:90.0 /90.0", None),
+            ("T:nan /0.0", None),
+            ("", None),
+        ] {
+            assert_eq!(hottest(report), wanted, "{report}");
+        }
     }
 }

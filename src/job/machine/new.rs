@@ -234,7 +234,9 @@ pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfil
     // The base's values below, so that an unknown key and a wrong value are told as of any file.
     let below = base.profile.complete("");
     let layers = [(base.name.clone(), below), ("your answers".to_owned(), layer.to_string())];
-    let (profile, _) = crate::profile::resolve_over(&layers)?;
+    let (mut profile, _) = crate::profile::resolve_over(&layers)?;
+    // Another machine's head was measured there.
+    profile.head.measured &= profile.head.body != base.profile.head.body || told(&layer, "head.measured").is_some();
     let mut heading = format!("{name}: created by trunnion profile new, based on {}.\n", base.name);
     if !unanswered.is_empty() {
         heading += &format!("Not answered, so copied from {}: {}.\n", base.name, unanswered.join(", "));

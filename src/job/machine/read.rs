@@ -7,13 +7,11 @@ use crate::gcode::meaning::Firmware;
 use crate::input::Source;
 use crate::job::printer::{PrinterError, Talk};
 use crate::link::serial::Address;
-use crate::publish::{Fingerprint, Inquiry, Key, ServerAddress, configuration};
+use crate::publish::{Fingerprint, Inquiry, Key, MACHINE_KEYS, MOST_AXES, ServerAddress, configuration};
 use crate::world::World;
 
 /// Bits a second of most boards.
 const USUAL_BAUD: u32 = 115_200;
-/// More axes than any board drives.
-const MOST_AXES: usize = 20;
 
 /// Where the machine is.
 #[derive(Clone, Debug)]
@@ -72,7 +70,7 @@ fn at_port(address: &Address, baud: u32, world: &World<'_>) -> Result<String, Ma
                     break;
                 }
             }
-            for key in ["move.kinematics", "network"] {
+            for key in MACHINE_KEYS {
                 kept.ask(&mut talk, &format!("M409 K\"{key}\" F\"v\""))?;
             }
         }

@@ -9,11 +9,13 @@ use crate::link::{Answered, Exchange, Protocol, Wording};
 use crate::world::World;
 
 /// A board that was reset by opening the port begins within this many of the waits below.
-const HELLOS: u32 = 10;
+const HELLOS: u32 = 6;
 /// How long a first word is waited for.
 const HELLO: Duration = Duration::from_secs(3);
 /// How long a printer may say nothing in the middle of an answer; moves of the jog test take two seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long an answer may take in all, whatever else is said meanwhile.
+const LONGEST: Duration = Duration::from_secs(60);
 /// Without a byte for this long, what came before is over.
 const QUIET: Duration = Duration::from_millis(300);
 const NAP: Duration = Duration::from_millis(50);
@@ -41,18 +43,23 @@ impl<'a> Talk<'a> {
         let mut talk = Self { port, place: address.to_string(), protocol: Protocol::Marlin, world };
         for _ in 0..HELLOS {
             talk.drain()?;
-            let (answer, wording) = (talk.say("M115", Wording::Klipper, HELLO)?, Wording::Grbl);
+            let (answer, wording) = (talk.say("M115", Wording::Klipper, [HELLO; 2])?, Wording::Grbl);
             let said = match &answer {
                 Answered::Ok(lines) | Answered::Silent(lines) => lines.join("\n"),
                 Answered::Refused(words) => words.clone(),
             };
             if let (Answered::Ok(lines), Some(protocol)) = (&answer, introduced(&said)) {
                 talk.protocol = protocol;
+                // A board that was slow to begin answers earlier questions still.
+                talk.drain()?;
                 return Ok((talk, lines.clone()));
             }
-            if said.lines().any(|line| line.starts_with("error:") || line.to_ascii_lowercase().starts_with("grbl")) {
+            let own = said.to_ascii_lowercase().contains("firmware_name:grbl");
+            if own
+                || said.lines().any(|line| line.starts_with("error:") || line.to_ascii_lowercase().starts_with("grbl"))
+            {
                 talk.drain()?;
-                if let Answered::Ok(lines) = talk.say("$I", wording, HELLO)? {
+                if let Answered::Ok(lines) = talk.say("$I", wording, [HELLO; 2])? {
                     talk.protocol = Protocol::Grbl;
                     return Ok((talk, lines));
                 }
@@ -78,7 +85,7 @@ impl<'a> Talk<'a> {
     /// [`PrinterError::Refuses`] where it is not carried out, [`PrinterError::Halfway`] where no `ok` comes, and [`PrinterError::Gone`].
     pub(crate) fn ask(&mut self, line: &str) -> Result<Vec<String>, PrinterError> {
         let place = self.place.clone();
-        match self.say(line, self.protocol.wording(), PATIENCE)? {
+        match self.say(line, self.protocol.wording(), [PATIENCE, LONGEST])? {
             Answered::Ok(lines) => Ok(lines),
             Answered::Refused(answer) => Err(PrinterError::Refuses { place, line: line.to_owned(), answer }),
             Answered::Silent(_) => {
@@ -87,9 +94,16 @@ impl<'a> Talk<'a> {
         }
     }
 
-    fn say(&mut self, line: &str, wording: Wording, patience: Duration) -> Result<Answered, PrinterError> {
+    /// Sends a line; how long silence is waited for, and an answer in all.
+    fn say(
+        &mut self,
+        line: &str,
+        wording: Wording,
+        [patience, longest]: [Duration; 2],
+    ) -> Result<Answered, PrinterError> {
         let mut left = format!("{line}\n").into_bytes();
-        let mut exchange = Exchange::begin(wording, self.world.clock.now());
+        let begun = self.world.clock.now();
+        let mut exchange = Exchange::begin(wording, begun);
         loop {
             let sent = self.port.write(&left);
             left.drain(..sent);
@@ -98,8 +112,13 @@ impl<'a> Talk<'a> {
                 Heard::Gone(why) => return Err(PrinterError::Gone { place: self.place.clone(), why }),
                 Heard::Nothing => {}
             }
-            if let Some(answer) = exchange.answer(self.world.clock.now(), patience) {
+            let now = self.world.clock.now();
+            if let Some(answer) = exchange.answer(now, patience) {
                 return Ok(answer);
+            }
+            // Words alone are no answer, however many come.
+            if now > begun + longest {
+                return Ok(Answered::Silent(Vec::new()));
             }
         }
     }
@@ -120,6 +139,10 @@ impl<'a> Talk<'a> {
 /// Who answers M115 so; `None` where it says nothing of itself.
 fn introduced(said: &str) -> Option<Protocol> {
     let name = said.split_once("FIRMWARE_NAME:")?.1.to_ascii_lowercase();
+    // grblHAL's own, of a build that knows M115: it is asked by $I.
+    if name.trim_start().starts_with("grbl") {
+        return None;
+    }
     Some(match () {
         () if ["klipper", "kalico"].iter().any(|word| name.contains(word)) => Protocol::Klipper,
         () if name.contains("reprapfirmware") => Protocol::RepRapFirmware,

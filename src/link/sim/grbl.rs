@@ -12,6 +12,9 @@ pub(super) fn is_real_time(byte: u8) -> bool {
     matches!(byte, b'?' | b'!' | b'~' | 0x18 | 0x80..)
 }
 
+/// In so many reports once it tells its work offset.
+const OFFSET_EVERY: u32 = 10;
+
 /// Grbl's longest line; grblHAL and FluidNC take 255.
 const LONGEST: usize = 80;
 const LONGEST_HEIR: usize = 255;
@@ -32,6 +35,7 @@ impl Sim {
     pub(super) fn real_time(&mut self, byte: u8) {
         match byte {
             b'?' => {
+                self.reports += 1;
                 let text = self.status();
                 self.say(&text);
             }
@@ -73,10 +77,16 @@ impl Sim {
             "Run"
         };
         let at = self.machine.planner.position(self.now);
-        let place: Vec<String> = at[..5].iter().map(|v| format!("{v:.3}")).collect();
+        let off = &self.quirks.work_offset;
+        let place: Vec<String> = at.iter().zip(off).map(|(at, off)| format!("{:.3}", at + off)).collect();
         let held: usize = self.queue.iter().map(|c| c.block.len() + 1).sum();
         let free = self.quirks.receive_buffer.saturating_sub(self.rx.len() + held);
-        format!("<{state}|MPos:{}|Bf:{},{free}|FS:0,0>", place.join(","), self.machine.planner.free())
+        let offset = if self.reports.is_multiple_of(OFFSET_EVERY) {
+            format!("|WCO:{}", off.map(|off| format!("{off:.3}")).join(","))
+        } else {
+            String::new()
+        };
+        format!("<{state}|MPos:{}|Bf:{},{free}|FS:0,0{offset}>", place.join(","), self.machine.planner.free())
     }
 
     pub(super) fn work_grbl(&mut self) {

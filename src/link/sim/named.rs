@@ -6,7 +6,7 @@ use super::Quirks;
 pub type NamedQuirk = (&'static str, fn(&mut Quirks));
 
 /// The quirks that can be asked for.
-pub const QUIRKS: [NamedQuirk; 16] = [
+pub const QUIRKS: [NamedQuirk; 17] = [
     ("advanced-ok", |q| q.advanced_ok = true),
     ("no-ok-after-resend", |q| q.ok_after_resend = false),
     ("refuses-doubles", |q| q.silent_duplicates = false),
@@ -17,6 +17,7 @@ pub const QUIRKS: [NamedQuirk; 16] = [
     ("smoothie-resends", |q| q.smoothie_resends = true),
     ("blank-behind-slash", |q| q.blank_behind_slash = true),
     ("latches-errors", |q| q.latches_errors = true),
+    ("work-offset", |q| q.work_offset = [10.0, -20.0, 5.0, 37.0, -8.0]),
     ("three-axes", |q| q.axes = 3),
     ("marlin-1.0", Quirks::marlin_1_0),
     ("marlin-1.1", Quirks::marlin_1_1),

@@ -43,6 +43,8 @@ pub struct Quirks {
     pub identity: Option<&'static str>,
     /// Temperatures with the blank behind the slash: `T:21.30/ 0.00`.
     pub blank_behind_slash: bool,
+    /// Grbl's work offset, told in some of its reports, mm and degrees.
+    pub work_offset: [f64; 5],
     /// grblHAL latches an error until a blank line, `$` or reset.
     pub latches_errors: bool,
     /// Bits a second in each direction; 0 for none.
@@ -131,6 +133,7 @@ impl Quirks {
             prusa_reading: false,
             identity: None,
             blank_behind_slash: false,
+            work_offset: [0.0; 5],
             latches_errors: false,
             baud: 0,
             latency: Time::ZERO,

@@ -125,15 +125,19 @@ impl Kind {
 
     /// What a machine says of itself, as [`said`] reads it.
     fn said(text: &str) -> Option<Self> {
-        if let Some((_, name)) = text.split_once("FIRMWARE_NAME:") {
+        let plain = |line| {
+            let line: &str = said::untimed(line).trim_start_matches("Recv:").trim_start();
+            line.strip_prefix("ok ").unwrap_or(line)
+        };
+        if let Some(name) = text.lines().find_map(|line| plain(line).strip_prefix("FIRMWARE_NAME:")) {
             let name = name.trim_start().to_ascii_lowercase();
             let klipper = ["klipper", "kalico"].iter().any(|word| name.starts_with(word));
             let said = if name.starts_with("reprapfirmware") { Self::RepRapSaid } else { Self::MarlinSaid };
+            let said = if name.starts_with("grbl") { Self::GrblSaid } else { said };
             return (!klipper).then_some(said);
         }
-        let lines = text.lines().map(|line| said::untimed(line).trim_start_matches("Recv:").trim_start());
-        let numbered = |line: &str| line.starts_with("[AXS:") || line.starts_with("$110=");
-        lines.into_iter().any(numbered).then_some(Self::GrblSaid)
+        let numbered = |line| ["[AXS:", "$110="].iter().any(|mark| plain(line).starts_with(mark));
+        text.lines().any(numbered).then_some(Self::GrblSaid)
     }
 
     fn name(self) -> &'static str {

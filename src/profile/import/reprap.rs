@@ -100,7 +100,11 @@ impl Config {
             why: format!("{key} has no {what}; read the machine again"),
         };
         let letter = result["letter"].as_str().and_then(|text| text.chars().next());
-        let letter = letter.ok_or_else(|| wrong("letter"))?.to_ascii_uppercase();
+        let letter = letter.ok_or_else(|| wrong("letter"))?;
+        if !letter.is_ascii_uppercase() {
+            let why = format!("axis {letter:?} is not supported; only axes A to Z are");
+            return Err(ImportError::At { place: place.clone(), why });
+        }
         let get = |what: &str| -> Result<Stated, ImportError> {
             let value = result[what].as_f64().filter(|value| value.is_finite()).ok_or_else(|| wrong(what))?;
             Ok(Stated { value, from: vec![place.clone()] })

@@ -91,6 +91,14 @@ impl Said {
             return put("Max", after, place, &mut self.high);
         }
         let code = plain.split_ascii_whitespace().next().unwrap_or_default();
+        if code == "G20" {
+            let why = "the firmware reports inches; send G21 to it, and read the machine again".to_owned();
+            return Err(ImportError::At { place: place.clone(), why });
+        }
+        // One for each extruder, where each has its own.
+        if words(&plain[code.len()..]).any(|(letter, _)| letter == 'T') && ["M203", "M201"].contains(&code) {
+            return Ok(());
+        }
         if let Some(row) = ROWS.into_iter().find(|row| *row == code) {
             return put(row, &plain[code.len()..], place, self.rows.entry(row).or_default());
         }
@@ -227,7 +235,7 @@ impl Said {
 fn put(what: &str, text: &str, place: &StatedAt, row: &mut Row) -> Result<(), ImportError> {
     for (letter, text) in words(text) {
         let what = format!("{what} {letter}");
-        let stated = Stated { value: number(&what, text, place)?, from: vec![place.clone()] };
+        let stated = Stated { value: number(&what, text, place)? + 0.0, from: vec![place.clone()] };
         match row.get(&letter) {
             Some(first) => same(&what, first, &stated)?,
             None => {
@@ -251,7 +259,7 @@ pub(super) fn grbl(file: &File) -> Result<Imported, ImportError> {
             letters = Some((place, all.to_owned()));
         } else if let Some((key, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('='))
             && let Ok(key) = key.parse::<u32>()
-            && (11..200).contains(&key)
+            && (key == 11 || (110..130).contains(&key))
         {
             // Behind the value stands its name, in brackets.
             let value = value.split([' ', '(']).next().unwrap_or_default();

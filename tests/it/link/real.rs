@@ -117,7 +117,7 @@ pub(super) fn profile(folder: &Path) -> PathBuf {
     let path = folder.join("machine.toml");
     // A machine that somebody has looked at.
     let machine =
-        "[machine]\nname = \"bench\"\njogged = \"2026-01-01\"\njogged_as = \"A about X +1, level at 0; C +1\"\n";
+        "[machine]\nname = \"bench\"\njogged = \"2026-01-01\"\njogged_as = \"bench: A about X +1, level at 0; C +1\"\n";
     let text = format!("extends = \"generic-ac\"\n{machine}[head]\nmeasured = true\n[link]\nrehome = \"G28\"\n");
     std::fs::write(&path, text).unwrap();
     path
