@@ -460,6 +460,8 @@ fn the_command_asks_by_numbers_and_writes_what_was_seen() {
         std::fs::remove_file(&own).unwrap();
         let short = run("1\n1\n");
         assert_eq!(short.status.code(), Some(2), "{}", said(&short));
+        let silent = run("");
+        assert!(fails(&said(&silent), "job/answer: ready | no answer"), "{}", said(&silent));
         let odd = run("2\n");
         assert!(odd.status.code() == Some(1) && fails(&said(&odd), "jog/not-ready"), "{}", said(&odd));
         assert!(fails(&said(&short), "job/answer: Y | no answer") && !own.exists(), "{}", said(&short));

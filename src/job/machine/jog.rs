@@ -124,7 +124,7 @@ impl Hand<'_> {
                 self.back(question.axis, question.step)?;
             }
             let seen = seen.ok_or_else(|| MachineError::Answer {
-                what: question.axis.to_string(),
+                what: if question.axis == ' ' { "ready".to_owned() } else { question.axis.to_string() },
                 why: "no answer; nothing was written".to_owned(),
             })?;
             let forwards = if question.step < 0.0 { seen.opposite() } else { seen };

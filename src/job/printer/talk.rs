@@ -13,7 +13,7 @@ const HELLOS: u32 = 6;
 /// How long a first word is waited for.
 const HELLO: Duration = Duration::from_secs(3);
 /// How long a printer may say nothing in the middle of an answer; moves of the jog test take two seconds.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(20);
 /// How long an answer may take in all, whatever else is said meanwhile.
 const LONGEST: Duration = Duration::from_secs(60);
 /// Without a byte for this long, what came before is over.
