@@ -21,11 +21,11 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 }
 
 fn read(args: &Read, console: &Console) -> Result<(), Failure> {
-    let (world, given) = (console.world(), &args.answers);
-    let like = args.like.as_deref();
+    let (world, given) = (console.world(), &args.made.answers);
+    let like = args.made.like.as_deref();
     let mut outputs = outputs(given.answers.as_deref().into_iter().chain(like.and_then(profile_file).as_deref()));
     let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
-    let name = args.name.clone().or_else(stem).unwrap_or_else(|| "machine".to_owned());
+    let name = args.made.name.clone().or_else(stem).unwrap_or_else(|| "machine".to_owned());
     let at = at(&args.place, &world)?;
     let said = job::read_machine(&at, &format!("{name}.answers.txt"), &world)?;
     let bytes = said.bytes(&world)?.into_owned();

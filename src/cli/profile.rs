@@ -58,13 +58,13 @@ fn new(args: &New, console: &Console) -> Result<(), Failure> {
 }
 
 fn import(args: &Import, console: &Console) -> Result<(), Failure> {
-    let given = &args.answers;
-    let like = args.like.as_deref();
+    let given = &args.made.answers;
+    let like = args.made.like.as_deref();
     let read = args.files.iter().chain(&given.answers).map(PathBuf::as_path);
     let mut outputs = outputs(read.chain(like.and_then(profile_file).as_deref()));
     let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
     let files = args.files.iter().map(Source::from).collect();
-    let (name, like) = (args.name.clone().or_else(stem), like.map(Into::into));
+    let (name, like) = (args.made.name.clone().or_else(stem), like.map(Into::into));
     let request = ImportProfile { files, name, like, answers: given.told() };
     imported(request, given, &mut outputs, console).map(drop)
 }

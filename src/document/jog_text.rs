@@ -31,7 +31,7 @@ fn answer(seen: Seen, subject: JogSubject) -> &'static str {
 /// A question with its answers, numbered from 1.
 pub fn jog_question(question: &JogQuestion, profile: &Profile) -> String {
     let (axis, step) = (question.axis, question.step);
-    let reach = profile.table_slab().into_iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
+    let reach = profile.table_reach_mm();
     let mut out = match question.subject {
         JogSubject::Ready => format!(
             "Each axis will move by {JOG_MM} mm or {JOG_DEG} degrees and back. Are all axes homed, the table level and empty, the head high \

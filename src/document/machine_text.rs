@@ -52,9 +52,7 @@ pub fn checked(machine: &CheckedProfile) -> String {
         let ([tilt, rotation], k) = (machine.axes_off_deg, &profile.kinematics);
         let about = if profile.kinematics().about == TiltAbout::X { 'X' } else { 'Y' };
         // Half a turn takes the surface twice as far out of level as the axis leans.
-        let surface = profile.table_slab().into_iter().filter(|p| p.z == 0.0);
-        let reach = surface.map(|p| p.norm()).fold(0.0, f64::max);
-        let rim = reach * (2.0 * rotation.to_radians()).sin();
+        let rim = profile.table_reach_mm() * (2.0 * rotation.to_radians()).sin();
         let (turn, [a, c]) = (k.rotation.letter, [k.tilt.zero_deg, k.rotation.zero_deg]);
         let _ = writeln!(
             out,

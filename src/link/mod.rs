@@ -72,7 +72,7 @@ pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
 pub use reply::{BufferRoom, Busy, Reply, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat, Turning};
-pub use sender::{AfterStop, Counts, Notice, Outcome, Sender, StopReason, StopWatch};
+pub use sender::{AfterStop, Counts, Notice, Outcome, Sender, StopReason, StopWatch, told_axes};
 pub use settings::SenderSettings;
 pub use state::MachineState;
 pub use wire::{LineAssembler, checksum, push_numbered};

@@ -160,6 +160,11 @@ impl Profile {
         outline.iter().copied().chain(lower).collect()
     }
 
+    /// How far the table's surface reaches from its middle, mm.
+    pub fn table_reach_mm(&self) -> f64 {
+        self.table_outline().iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max)
+    }
+
     fn table_outline(&self) -> Vec<Vec3> {
         if let (true, Some([x, y])) = (self.table.radius_mm == 0.0, self.table.size_mm) {
             let (x, y) = (x / 2.0, y / 2.0);

@@ -41,18 +41,6 @@ pub fn deliver(job: &Delivery<'_>, web: &dyn Web, sent: &dyn Fn(usize)) -> Resul
     done.map_err(|fault| PublishError::new(&job.address, fault, left))
 }
 
-/// Whose firmware calls itself so; `None` for one that nobody here knows.
-fn named(says: &str) -> Option<Firmware> {
-    let has = |words: &[&str]| words.iter().any(|word| says.to_ascii_lowercase().contains(word));
-    match () {
-        () if has(&["klipper", "kalico"]) => Some(Firmware::Klipper),
-        () if has(&["reprapfirmware"]) => Some(Firmware::RepRapFirmware),
-        () if has(&["grbl", "fluidnc"]) => Some(Firmware::Grbl),
-        () if has(&["marlin", "prusa-firmware", "repetier"]) => Some(Firmware::Marlin),
-        () => None,
-    }
-}
-
 struct Way<'a> {
     job: &'a Delivery<'a>,
     web: &'a dyn Web,
@@ -80,7 +68,7 @@ impl Way<'_> {
     fn same_firmware(&self) -> Result<(), ServerFault> {
         let Some(firmware) = self.job.firmware else { return Ok(()) };
         let Some(says) = self.api.firmware() else { return Ok(()) };
-        let other = named(&says).filter(|named| *named != firmware);
+        let other = Firmware::introduced(&says).filter(|named| *named != firmware);
         other.map_or(Ok(()), |_| Err(ServerFault::OtherFirmware { says: plain(&says), firmware: firmware.name() }))
     }
 

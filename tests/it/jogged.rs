@@ -20,6 +20,10 @@ use trunnion::publish::{Ask, ServerAddress, ServerAnswer, Trouble, Web};
 
 use crate::support::{Numbers, fails, folder, note, said, seeds, trunnion, wait_for};
 
+/// Start code of a Klipper whose commands turn the table.
+const COMMANDED: &str =
+    "G28\nMANUAL_STEPPER STEPPER=tilt SET_POSITION=0\nMANUAL_STEPPER STEPPER=rot SET_POSITION=0\nM109 S{nozzle_c}";
+
 /// A machine as it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Real {
@@ -35,6 +39,8 @@ pub(crate) struct Real {
     pub(crate) mirrored: bool,
     /// Whether Z does.
     pub(crate) sunk: bool,
+    /// Whether Klipper's commands turn its table.
+    pub(crate) steppers: bool,
 }
 
 impl Real {
@@ -42,9 +48,12 @@ impl Real {
         let Self { base, letters: [tilt, rotation], about, directions: [up, round], level, .. } = self;
         // Where it has stops, there is room on both sides, whatever the letters are.
         let stops = if *base == "hendrikjan-5d" { "min_deg = -360.0\nmax_deg = 360.0\n" } else { "" };
+        let [tilts, turns] = if self.steppers { ["stepper = \"tilt\"\n", "stepper = \"rot\"\n"] } else { ["", ""] };
+        let start =
+            if self.steppers { format!("[dialect]\nstart = \"\"\"\n{COMMANDED}\"\"\"\n") } else { String::new() };
         format!(
-            "extends = \"{base}\"\n[kinematics.tilt]\nletter = \"{tilt}\"\nabout = \"{about}\"\ndirection = {up}\nzero_deg = {level:?}\n\
-             min_deg = -90.0\nmax_deg = 120.0\n[kinematics.rotation]\nletter = \"{rotation}\"\ndirection = {round}\n{stops}"
+            "extends = \"{base}\"\n{start}[kinematics.tilt]\n{tilts}letter = \"{tilt}\"\nabout = \"{about}\"\ndirection = {up}\nzero_deg = {level:?}\n\
+             min_deg = -90.0\nmax_deg = 120.0\n[kinematics.rotation]\n{turns}letter = \"{rotation}\"\ndirection = {round}\n{stops}"
         )
     }
 
@@ -294,6 +303,7 @@ pub(crate) fn drawn(seed: u64) -> Real {
         stand: below(4) as u8,
         mirrored: false,
         sunk: false,
+        steppers: false,
     }
 }
 
@@ -568,6 +578,30 @@ fn klipper_s_axes_are_tried_through_moonraker() {
             "{seed} {real:?}"
         );
         assert_eq!(seen.level_deg, Some(0.0), "its start code has just put it there");
+    }
+    // A start code that homes a motor says nothing of where it stands when the table is level.
+    let homes = "G28\nMANUAL_STEPPER STEPPER=tilt MOVE=-100 STOP_ON_ENDSTOP=1\nMANUAL_STEPPER STEPPER=tilt SET_POSITION=-95\n\
+                 MANUAL_STEPPER STEPPER=tilt MOVE=0\nMANUAL_STEPPER STEPPER=tilt GCODE_AXIS=A\nMANUAL_STEPPER STEPPER=rot GCODE_AXIS=C\nM109 S{nozzle_c}";
+    let steppers = "[kinematics.tilt]\nstepper = \"tilt\"\n[kinematics.rotation]\nstepper = \"rot\"\n";
+    for (start, keys, level, seen) in [
+        (homes, "", None, "A about X -1; C +1"),
+        // Turns as commands, as in Klipper before 2025.
+        (COMMANDED, steppers, Some(0.0), "tilt about X -1, level at 0; rot +1"),
+    ] {
+        let folder = folder();
+        let real = Real { base: "fractal-5-pro", directions: [-1, 1], steppers: !keys.is_empty(), ..plain() };
+        let own = folder.path().join("mine.toml");
+        let text = format!("extends = \"fractal-5-pro\"\n[dialect]\nstart = \"\"\"\n{start}\"\"\"\n{keys}");
+        std::fs::write(&own, text).unwrap();
+        let web = behind(&real, folder.path(), false);
+        real.made_ready().iter().for_each(|line| web.runs(line).unwrap());
+        let person = Person::beside(&real, &web.log);
+        let request = JogRequest { machine: own.to_str().unwrap().into(), at: moonraker("moonraker:http://here") };
+        let world = World { web: &web, ..World::here(&Silent) };
+        let done = jog(&request, &|question, _| Some(person.answers(question)), &world).unwrap();
+        let text = done.profile(None, &world);
+        assert!(done.jogged.level_deg == level && text.contains(seen), "{level:?}: {text}");
+        assert!(text.contains("direction = -1  # 1 before"), "{text}");
     }
     // A print that runs is not disturbed, and no other server is driven.
     let folder = folder();

@@ -380,6 +380,7 @@ fn a_port_without_a_printer_is_told_as_such() {
             ("half", _) => "echo:  M203 X1\n",
             ("deaf", "M115") => "FIRMWARE_NAME:Marlin 2.1 AXIS_COUNT:5\nok\n",
             ("deaf", _) => "echo:Unknown command: \"M503\"\nok\n",
+            ("stranger", _) => "FIRMWARE_NAME:Smoothieware FIRMWARE_URL:x\nok\n",
             ("klipper", _) => "ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13\n",
             _ => "HTTP/1.1 400 Bad Request\n",
         }
@@ -387,6 +388,7 @@ fn a_port_without_a_printer_is_told_as_such() {
     let all = [
         ("half", "job/halfway", 4, "M503"),
         ("deaf", "job/refuses", 4, "M503"),
+        ("stranger", "job/stranger", 4, "Smoothieware"),
         ("klipper", "job/speechless", 2, "moonraker"),
         ("page", "job/mute", 4, "115200 baud"),
         ("flood", "job/mute", 4, "115200 baud"),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Subcommand};
 
-use super::{Answers, MachineArgs};
+use super::{MachineArgs, Made};
 use crate::publish::Fingerprint;
 
 #[derive(Subcommand)]
@@ -22,14 +22,8 @@ trunnion profile import reads it again. Marlin, RepRapFirmware and grblHAL answe
 pub(in crate::cli) struct Read {
     #[command(flatten)]
     pub(in crate::cli) place: Place,
-    /// Name of the new profile [default: as -o, else machine]
-    #[arg(long)]
-    pub(in crate::cli) name: Option<String>,
-    /// Similar profile that gives all other values [default: a shipped one of the same firmware]
-    #[arg(long, value_name = "PROFILE")]
-    pub(in crate::cli) like: Option<String>,
     #[command(flatten)]
-    pub(in crate::cli) answers: Answers,
+    pub(in crate::cli) made: Made,
 }
 
 #[derive(ClapArgs)]

@@ -20,7 +20,7 @@ pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use machine::{Jog, Machine, Place, Read};
 pub(in crate::cli) use mistake::{in_flags, told};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
-pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, New, Profile};
+pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, Made, New, Profile};
 pub(in crate::cli) use shape::{Explain, Inspect, Orient, Pack, Split, Support};
 
 /// Headings of `--help`; `-h` shows what is asked for every day.

@@ -49,7 +49,14 @@ pub(in crate::cli) struct Import {
     /// Files of one machine: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's Configuration.h, or machine.json of Koala's simulator
     #[arg(required = true, value_name = "FILE")]
     pub(in crate::cli) files: Vec<PathBuf>,
-    /// Name of the new profile [default: as -o, else as the first file]
+    #[command(flatten)]
+    pub(in crate::cli) made: Made,
+}
+
+/// What a profile is called and like that is made from what a firmware says.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Made {
+    /// Name of the new profile [default: as -o, else as the first file, else machine]
     #[arg(long)]
     pub(in crate::cli) name: Option<String>,
     /// Similar profile that gives all other values [default: a shipped one of the same firmware]

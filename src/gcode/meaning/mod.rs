@@ -58,6 +58,22 @@ impl Firmware {
         Self::NAMES.iter().find(|(_, firmware)| *firmware == self).map_or("", |(name, _)| name)
     }
 
+    /// Whose firmware calls itself so, as in M115's `FIRMWARE_NAME:Marlin 2.1 SOURCE_CODE_URL:..` or by its bare name; `None` for one not known.
+    pub fn introduced(says: &str) -> Option<Self> {
+        let name = says.split_once("FIRMWARE_NAME:").map_or(says, |(_, behind)| behind).trim_start();
+        // Up to the next `KEY:`: in what follows, other names stand.
+        let own: Vec<&str> = name.split_ascii_whitespace().take_while(|word| !word.contains(':')).collect();
+        let own = own.join(" ").to_ascii_lowercase();
+        let has = |words: &[&str]| words.iter().any(|word| own.contains(word));
+        match () {
+            () if has(&["klipper", "kalico"]) => Some(Self::Klipper),
+            () if has(&["reprapfirmware"]) => Some(Self::RepRapFirmware),
+            () if has(&["grbl", "fluidnc"]) => Some(Self::Grbl),
+            () if has(&["marlin", "prusa-firmware", "repetier"]) => Some(Self::Marlin),
+            () => None,
+        }
+    }
+
     /// The firmware of a slicer's G-code flavour: `gcode_flavor = klipper`, `;FLAVOR:Marlin`; `None` for one not known.
     pub fn of_flavor(flavor: &str) -> Option<Self> {
         let flavor = flavor.trim().to_ascii_lowercase();

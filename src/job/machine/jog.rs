@@ -61,6 +61,8 @@ pub struct JogResult {
     pub date: String,
     /// Why the profile with these keys cannot be; `None` where it can.
     pub unfit: Option<String>,
+    /// The profile with them.
+    written: Profile,
 }
 
 /// Moves each axis of a machine by a little and asks what was seen; `ask` puts a question, and gives `None` where nobody answers.
@@ -93,9 +95,9 @@ pub fn jog(
     tried?;
     freed?;
     let (jogged, date) = (jog.found()?, world.clock.today().unwrap_or_else(|| "unknown".to_owned()));
-    let mut done = JogResult { changes: changes(profile, &jogged), jogged, date, unfit: None, machine };
-    done.unfit = done.written().validate().err().map(|error| error.to_string());
-    Ok(done)
+    let written = written(profile, &jogged, &date);
+    let unfit = written.validate().err().map(|error| error.to_string());
+    Ok(JogResult { changes: changes(profile, &written), jogged, date, unfit, written, machine })
 }
 
 /// Whoever moves the axes.
@@ -227,52 +229,37 @@ impl Hand<'_> {
     }
 
     /// Makes Klipper's motors axes as the start code does. It refuses one that is an axis already.
+    ///
+    /// Where the start code says what a motor's word is and moves it nowhere, that is its word now, with the table level; of a motor that it homes
+    /// the word is unknown here.
     fn register(&mut self) -> Result<(), MachineError> {
-        let value = |line: &str, word: &str| -> Option<String> {
-            line.split_ascii_whitespace().find_map(|own| own.strip_prefix(word)).map(str::to_owned)
+        let start: Vec<MotorLine> = self.profile.dialect.start.lines().filter_map(MotorLine::read).collect();
+        let homed = |motor: &str| start.iter().any(|line| line.motor == motor && line.moves);
+        let stands = |motor: &str| {
+            let own = start.iter().rev().filter(|line| line.motor == motor && !homed(motor));
+            own.filter_map(|line| line.position).next()
         };
-        let own = self.profile.dialect.start.lines().map(str::trim).filter(|line| {
-            let known = value(line, "GCODE_AXIS=").is_some() || value(line, "SET_POSITION=").is_some();
-            line.starts_with("MANUAL_STEPPER ") && known && value(line, "MOVE=").is_none()
-        });
-        let mut lines: Vec<String> = own.map(str::to_owned).collect();
-        // What commands turn counts from where it stands.
-        let steppers = self.profile.steppers().into_iter().flatten();
-        lines.extend(steppers.map(|name| format!("MANUAL_STEPPER STEPPER={name} SET_POSITION=0")));
-        let axes = lines.iter().filter(|line| value(line, "GCODE_AXIS=").is_some());
-        self.axes = axes
-            .filter_map(|line| Some(format!("MANUAL_STEPPER STEPPER={} GCODE_AXIS=", value(line, "STEPPER=")?)))
-            .collect();
-        self.axes.dedup();
+        let letter = |motor: &str| start.iter().find_map(|line| line.letter.filter(|_| line.motor == motor));
+        let k = &self.profile.kinematics;
+        let steppers = self.profile.steppers().map(|names| [k.tilt.letter, k.rotation.letter].into_iter().zip(names));
+        let axes = start.iter().filter_map(|line| Some((line.letter?, line.motor.clone())));
+        let motors: Vec<(char, String)> = steppers.map_or_else(|| axes.collect(), Iterator::collect);
+        let mut lines = Vec::new();
+        for (axis, motor) in &motors {
+            let of = format!("MANUAL_STEPPER STEPPER={motor}");
+            self.axes.extend(letter(motor).map(|_| format!("{of} GCODE_AXIS=")));
+            let word = stands(motor);
+            self.at.extend(word.map(|word| (*axis, word)));
+            // What commands turn counts from somewhere in any case.
+            let from = word.or(self.profile.steppers().map(|_| 0.0));
+            lines.extend(from.map(|word| format!("{of} SET_POSITION={word}")));
+        }
+        let registers = start.iter().filter(|line| line.letter.is_some()).map(|line| line.text.clone());
+        lines.extend(registers);
         for line in self.axes.clone().iter().chain(&lines) {
             self.means.run(line)?;
         }
-        self.at.extend(self.words_set(&lines, &value));
         Ok(())
-    }
-
-    /// The words at which lines have just put Klipper's motors.
-    fn words_set(&self, lines: &[String], value: &dyn Fn(&str, &str) -> Option<String>) -> Vec<(char, f64)> {
-        let k = &self.profile.kinematics;
-        let of = |motor: &str, which: usize, letter: char| {
-            let named = self.profile.steppers().is_some_and(|both| both[which] == motor);
-            let registered = lines.iter().any(|line| {
-                value(line, "STEPPER=").as_deref() == Some(motor)
-                    && value(line, "GCODE_AXIS=").as_deref() == Some(letter.to_string().as_str())
-            });
-            named || registered
-        };
-        let mut words = Vec::new();
-        for line in lines {
-            let (Some(motor), Some(at)) = (value(line, "STEPPER="), value(line, "SET_POSITION=")) else { continue };
-            let Ok(at) = at.parse::<f64>() else { continue };
-            for (which, letter) in [k.tilt.letter, k.rotation.letter].into_iter().enumerate() {
-                if of(&motor, which, letter) {
-                    words.push((letter, at));
-                }
-            }
-        }
-        words
     }
 
     /// Ends what [`Hand::register`] began.
@@ -287,15 +274,15 @@ impl Hand<'_> {
     /// near its end, and in any case above a table that tilts by the test's step.
     fn above(&self) -> f64 {
         let k = &self.profile.kinematics;
-        let reach = self.profile.table_slab().into_iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
-        let tilted = k.pivot_mm[2] + k.offset_mm[2] + reach * JOG_DEG.to_radians().sin() + ABOVE_MM;
+        let tilted =
+            k.pivot_mm[2] + k.offset_mm[2] + self.profile.table_reach_mm() * JOG_DEG.to_radians().sin() + ABOVE_MM;
         let swept = ClearWay::of(self.profile).ball_top() + ABOVE_MM;
         swept.min(self.profile.limits.z_mm[1] - NEAR_MM).max(tilted)
     }
 
     fn step(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
         if let Some(name) = self.stepper(axis) {
-            return self.turn(&name, by);
+            return self.turn(&name, self.word(axis).unwrap_or(0.0) + by);
         }
         self.means.run("G91")?;
         let moved = self.means.run(&format!("G1 {axis}{by} F{}", feed(axis)));
@@ -309,14 +296,14 @@ impl Hand<'_> {
     /// To where the axis stood: a step that was cut short at an end would go back too far.
     fn back(&mut self, axis: char, by: f64) -> Result<(), MachineError> {
         if let Some(name) = self.stepper(axis) {
-            return self.turn(&name, 0.0);
+            return self.turn(&name, self.word(axis).unwrap_or(0.0));
         }
         let Some(word) = self.word(axis) else { return self.step(axis, -by) };
         self.means.run(&format!("G1 {axis}{word} F{}", feed(axis)))?;
         self.means.run(self.means.protocol().drain())
     }
 
-    /// Klipper's motor of an axis that commands turn; its zero is where it stood.
+    /// Klipper's motor of an axis that commands turn; it counts from its word, or from 0 where that is unknown.
     fn stepper(&self, axis: char) -> Option<String> {
         let k = &self.profile.kinematics;
         let [tilt, rotation] = self.profile.steppers()?;
@@ -337,78 +324,92 @@ fn feed(axis: char) -> f64 {
     if "XY".contains(axis) { FEED } else { SLOWLY }
 }
 
-/// The keys that the machine contradicts.
-fn changes(profile: &Profile, jogged: &Jogged) -> Vec<JogChange> {
-    let (tilt, rotation) = (&profile.kinematics.tilt, &profile.kinematics.rotation);
-    let mut all = Vec::new();
-    let mut change = |key, was: String, seen: Value, differs: bool| {
-        if differs {
-            all.push(JogChange { key, was, seen });
-        }
+/// A line of start code on one of Klipper's motors.
+struct MotorLine {
+    motor: String,
+    /// The letter that it gives.
+    letter: Option<char>,
+    /// Where it says that the motor stands.
+    position: Option<f64>,
+    /// Whether it moves the motor.
+    moves: bool,
+    text: String,
+}
+
+impl MotorLine {
+    fn read(line: &str) -> Option<Self> {
+        let mut words = line.split(['#', ';']).next()?.split_ascii_whitespace();
+        words.next().filter(|word| word.eq_ignore_ascii_case("MANUAL_STEPPER"))?;
+        let pairs: Vec<(String, &str)> = words
+            .filter_map(|word| word.split_once('='))
+            .map(|(key, value)| (key.to_ascii_uppercase(), value))
+            .collect();
+        let get = |name: &str| pairs.iter().find(|(key, _)| key == name).map(|(_, value)| *value);
+        Some(Self {
+            motor: get("STEPPER")?.to_owned(),
+            letter: get("GCODE_AXIS").and_then(|value| value.chars().next()).map(|letter| letter.to_ascii_uppercase()),
+            position: get("SET_POSITION").and_then(|value| value.parse().ok()),
+            moves: get("MOVE").is_some(),
+            text: line.trim().to_owned(),
+        })
+    }
+}
+
+/// The keys in which two profiles of one machine differ, as far as a test of the axes tells them.
+fn changes(was: &Profile, seen: &Profile) -> Vec<JogChange> {
+    let values = |profile: &Profile| -> [(&'static str, Option<Value>); 8] {
+        let (tilt, rotation) = (&profile.kinematics.tilt, &profile.kinematics.rotation);
+        let name = |stepper: &Option<String>| stepper.clone().map(Value::String);
+        let about = if tilt.about == TiltAxisName::X { "X" } else { "Y" };
+        [
+            ("kinematics.tilt.letter", Some(Value::String(tilt.letter.to_string()))),
+            ("kinematics.tilt.stepper", name(&tilt.stepper)),
+            ("kinematics.tilt.about", Some(Value::String(about.to_owned()))),
+            ("kinematics.tilt.direction", Some(Value::Integer(tilt.direction.into()))),
+            ("kinematics.tilt.zero_deg", Some(Value::Float(tilt.zero_deg))),
+            ("kinematics.rotation.letter", Some(Value::String(rotation.letter.to_string()))),
+            ("kinematics.rotation.stepper", name(&rotation.stepper)),
+            ("kinematics.rotation.direction", Some(Value::Integer(rotation.direction.into()))),
+        ]
     };
-    let about = if tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
-    let word = |letter: char| Value::String(letter.to_string());
-    match profile.steppers() {
+    let both = values(was).into_iter().zip(values(seen)).filter(|((_, was), (_, seen))| was != seen);
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    both.filter_map(|((key, was), (_, seen))| Some(JogChange { key, was: text(&was?), seen: seen? })).collect()
+}
+
+/// The profile with what was seen.
+fn written(profile: &Profile, jogged: &Jogged, date: &str) -> Profile {
+    let mut profile = profile.clone();
+    let (tilt, rotation) = (&mut profile.kinematics.tilt, &mut profile.kinematics.rotation);
+    match (&mut tilt.stepper, &mut rotation.stepper) {
         // Letters are but labels there.
-        Some([tilts, turns]) => {
-            let other = jogged.tilt == rotation.letter;
-            change("kinematics.tilt.stepper", tilts.clone(), Value::String(turns.clone()), other);
-            change("kinematics.rotation.stepper", turns, Value::String(tilts), other);
+        (Some(tilts), Some(turns)) => {
+            if jogged.tilt == rotation.letter {
+                std::mem::swap(tilts, turns);
+            }
         }
-        None => {
-            change("kinematics.tilt.letter", tilt.letter.to_string(), word(jogged.tilt), tilt.letter != jogged.tilt);
-            let (was, seen) = (rotation.letter, jogged.rotation);
-            change("kinematics.rotation.letter", was.to_string(), word(seen), was != seen);
-        }
+        _ => (tilt.letter, rotation.letter) = (jogged.tilt, jogged.rotation),
     }
-    change("kinematics.tilt.about", about.to_string(), word(jogged.about), about != jogged.about);
-    for (key, was, seen) in [
-        ("kinematics.tilt.direction", tilt.direction, jogged.tilt_direction),
-        ("kinematics.rotation.direction", rotation.direction, jogged.rotation_direction),
-    ] {
-        change(key, was.to_string(), Value::Integer(seen.into()), was != seen);
-    }
-    if let Some(level) = jogged.level_deg {
-        let off = (level - tilt.zero_deg).abs() > LEVEL_DEG;
-        change("kinematics.tilt.zero_deg", tilt.zero_deg.to_string(), Value::Float(level), off);
-    }
-    all
+    tilt.about = if jogged.about == 'X' { TiltAxisName::X } else { TiltAxisName::Y };
+    (tilt.direction, rotation.direction) = (jogged.tilt_direction, jogged.rotation_direction);
+    tilt.zero_deg = jogged.level_deg.filter(|level| (level - tilt.zero_deg).abs() > LEVEL_DEG).unwrap_or(tilt.zero_deg);
+    profile.machine.jogged = Some(date.to_owned());
+    profile.machine.jogged_as = Some(profile.axes_in_words(jogged.level_deg.is_some()));
+    profile
 }
 
 impl JogResult {
-    /// The profile with what was seen.
-    fn written(&self) -> Profile {
-        let mut profile = self.machine.profile.clone();
-        let (tilt, rotation) = (&mut profile.kinematics.tilt, &mut profile.kinematics.rotation);
-        match (&mut tilt.stepper, &mut rotation.stepper) {
-            (Some(tilts), Some(turns)) => {
-                if self.jogged.tilt == rotation.letter {
-                    std::mem::swap(tilts, turns);
-                }
-            }
-            _ => (tilt.letter, rotation.letter) = (self.jogged.tilt, self.jogged.rotation),
-        }
-        tilt.about = if self.jogged.about == 'X' { TiltAxisName::X } else { TiltAxisName::Y };
-        (tilt.direction, rotation.direction) = (self.jogged.tilt_direction, self.jogged.rotation_direction);
-        if let Some(change) = self.changes.iter().find(|change| change.key == "kinematics.tilt.zero_deg") {
-            tilt.zero_deg = change.seen.as_float().unwrap_or(tilt.zero_deg);
-        }
-        profile.machine.jogged = Some(self.date.clone());
-        profile.machine.jogged_as = Some(profile.axes_in_words(self.jogged.level_deg.is_some()));
-        profile
-    }
-
     /// A profile that extends the machine's, kept in the folder `kept_in`; without one, its keys alone.
     pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
-        let written = self.written().machine;
+        let written = &self.written.machine;
         let mut out =
             format!("# What each axis does was seen on the machine on {} (trunnion machine jog).\n", self.date);
         if kept_in.is_some() {
             let _ = writeln!(out, "extends = {:?}", self.machine.reference(kept_in, world).profile);
         }
-        let text = |text: Option<String>| Value::String(text.unwrap_or_default());
+        let text = |text: &Option<String>| Value::String(text.clone().unwrap_or_default());
         let _ =
-            writeln!(out, "\n[machine]\njogged = {}\njogged_as = {}", text(written.jogged), text(written.jogged_as));
+            writeln!(out, "\n[machine]\njogged = {}\njogged_as = {}", text(&written.jogged), text(&written.jogged_as));
         for section in ["kinematics.tilt", "kinematics.rotation"] {
             let of = |change: &&JogChange| change.key.rsplit_once('.').is_some_and(|(of, _)| of == section);
             for (i, change) in self.changes.iter().filter(of).enumerate() {

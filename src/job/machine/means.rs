@@ -4,7 +4,7 @@ use super::error::MachineError;
 use super::read::MachineAt;
 use crate::gcode::meaning::Firmware;
 use crate::job::printer::Talk;
-use crate::link::{Protocol, Reply, Status};
+use crate::link::{Protocol, Reply, Status, told_axes};
 use crate::publish::{Inquiry, ServerConsole};
 use crate::world::World;
 
@@ -45,7 +45,7 @@ impl<'a> Means<'a> {
     /// The letters of all axes in grblHAL's own order.
     pub(super) fn order(&self) -> Option<&str> {
         let Self::Port(_, said) = self else { return None };
-        said.iter().find_map(|line| line.strip_prefix("[AXS:")?.split([':', ']']).nth(1))
+        said.iter().find_map(|line| told_axes(line))
     }
 
     pub(super) fn run(&mut self, line: &str) -> Result<(), MachineError> {

@@ -51,6 +51,14 @@ pub enum PrinterError {
         /// How long it was waited for.
         seconds: u64,
     },
+    /// A printer of a firmware that is not known.
+    #[error("{place}: the firmware is not supported: {says}; use Marlin, RepRapFirmware, Klipper or grblHAL")]
+    Stranger {
+        /// The port.
+        place: String,
+        /// What it says of itself.
+        says: String,
+    },
     /// A printer that does not carry out a line.
     #[error("{place}: the printer refuses {line}: {answer}")]
     Refuses {
@@ -88,7 +96,12 @@ impl PrinterError {
     pub fn is_of_the_wire(&self) -> bool {
         matches!(
             self,
-            Self::Port(_) | Self::Mute { .. } | Self::Refuses { .. } | Self::Halfway { .. } | Self::Gone { .. }
+            Self::Port(_)
+                | Self::Mute { .. }
+                | Self::Stranger { .. }
+                | Self::Refuses { .. }
+                | Self::Halfway { .. }
+                | Self::Gone { .. }
         )
     }
 

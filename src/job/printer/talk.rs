@@ -33,7 +33,7 @@ impl<'a> Talk<'a> {
     ///
     /// # Errors
     ///
-    /// [`PrinterError::Port`], [`PrinterError::Mute`] and [`PrinterError::Gone`].
+    /// [`PrinterError::Port`], [`PrinterError::Mute`], [`PrinterError::Stranger`] and [`PrinterError::Gone`].
     pub(crate) fn open(
         address: &Address,
         baud: u32,
@@ -48,14 +48,21 @@ impl<'a> Talk<'a> {
                 Answered::Ok(lines) | Answered::Silent(lines) => lines.join("\n"),
                 Answered::Refused(words) => words.clone(),
             };
-            if let (Answered::Ok(lines), Some(protocol)) = (&answer, introduced(&said)) {
-                talk.protocol = protocol;
-                // A board that was slow to begin answers earlier questions still.
-                talk.drain()?;
-                return Ok((talk, lines.clone()));
+            let who = said.contains("FIRMWARE_NAME:").then(|| Firmware::introduced(&said));
+            let protocol = who.and_then(|who| Protocol::ALL.into_iter().find(|one| Some(one.firmware()) == who));
+            match (answer, protocol) {
+                (Answered::Ok(lines), Some(protocol)) if protocol != Protocol::Grbl => {
+                    talk.protocol = protocol;
+                    // A board that was slow to begin answers earlier questions still.
+                    talk.drain()?;
+                    return Ok((talk, lines));
+                }
+                (Answered::Ok(_), None) if who.is_some() => {
+                    return Err(PrinterError::Stranger { place: talk.place, says: said });
+                }
+                _ => {}
             }
-            let own = said.to_ascii_lowercase().contains("firmware_name:grbl");
-            if own
+            if protocol.is_some()
                 || said.lines().any(|line| line.starts_with("error:") || line.to_ascii_lowercase().starts_with("grbl"))
             {
                 talk.drain()?;
@@ -134,18 +141,4 @@ impl<'a> Talk<'a> {
             }
         }
     }
-}
-
-/// Who answers M115 so; `None` where it says nothing of itself.
-fn introduced(said: &str) -> Option<Protocol> {
-    let name = said.split_once("FIRMWARE_NAME:")?.1.to_ascii_lowercase();
-    // grblHAL's own, of a build that knows M115: it is asked by $I.
-    if name.trim_start().starts_with("grbl") {
-        return None;
-    }
-    Some(match () {
-        () if ["klipper", "kalico"].iter().any(|word| name.contains(word)) => Protocol::Klipper,
-        () if name.contains("reprapfirmware") => Protocol::RepRapFirmware,
-        () => Protocol::Marlin,
-    })
 }

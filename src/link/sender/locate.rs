@@ -63,10 +63,15 @@ impl Sender {
     }
 }
 
+/// The letters in grblHAL's `[AXS:5:XYZAC]`, in the order of its status; `None` in any other line.
+pub fn told_axes(line: &str) -> Option<&str> {
+    Some(line.strip_prefix("[AXS:")?.trim_end_matches(']').split_once(':')?.1)
+}
+
 /// The order of the `count` axes in a status: as the firmware says (`[AXS:5:XYZAC]`). FluidNC does not, and has all axes up to its last in
 /// their usual order; of five the last two are the `own` ones of the profile's table.
 fn letters(identity: &str, own: [u8; 2], count: usize) -> Vec<u8> {
-    let told = |l: &str| Some(l.strip_prefix("[AXS:")?.trim_end_matches(']').split_once(':')?.1.as_bytes().to_vec());
+    let told = |line: &str| Some(told_axes(line)?.as_bytes().to_vec());
     let usual = || match count {
         6.. => b"XYZABCUVW".iter().copied().take(count).collect(),
         _ => [b"XYZ".as_slice(), own.as_slice()].concat(),

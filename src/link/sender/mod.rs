@@ -38,6 +38,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use aftermath::{AfterStop, StopWatch};
+pub use locate::told_axes;
 pub use notice::{Counts, Notice};
 pub use outcome::{Outcome, StopReason};
 

@@ -6,12 +6,11 @@
 use std::collections::BTreeSet;
 
 use super::stated::{
-    CORNER, Contradiction, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, scaled,
-    shown, span,
+    CORNER, Contradiction, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, junction, least, number,
+    scaled, shown, span,
 };
 use super::{AxisRoles, Imported, by_name, corrects, two};
 use crate::gcode::meaning::Firmware;
-use crate::profile::ranges::check_number;
 
 /// Kinematics whose X, Y and Z are the tip's, each with its own stops.
 const STRAIGHT: [&str; 5] = ["cartesian", "corexy", "corexz", "hybrid_corexy", "hybrid_corexz"];
@@ -282,11 +281,7 @@ impl Config {
         };
         let speed = corner.as_ref().map_or(5.0, |corner| corner.value);
         let from = corner.map_or_else(Vec::new, |corner| corner.from).into_iter().chain(all.from.clone()).collect();
-        let junction = Stated { value: speed * speed * CORNER / all.value, from };
-        match check_number("limits.junction_mm", junction.value) {
-            Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-            Err(out) => self.notes.push(format!("{}: {out}, so it is not imported ({how})", junction.place())),
-        }
+        junction(&Stated { value: speed * speed * CORNER / all.value, from }, how, facts, &mut self.notes);
         Ok(most)
     }
 

@@ -7,7 +7,7 @@
 mod defines;
 
 use self::defines::{Defined, Defines};
-use super::stated::{Fact, File, ImportError, Rotary, Shelf, Stated, least, scaled, span};
+use super::stated::{Fact, File, ImportError, Rotary, Shelf, Stated, StatedAt, feeds, least, scaled, span};
 use super::{AxisRoles, Imported, about, by_name, two};
 use crate::gcode::meaning::{Correction, Firmware};
 
@@ -24,6 +24,21 @@ const LEVELS: [&str; 2] = ["ENABLE_LEVELING_AFTER_G28", "RESTORE_LEVELING_AFTER_
 pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let defines = Defines::read(files, shelf)?;
     Reader { file: files[0].clone(), defines, notes: Vec::new() }.machine()
+}
+
+/// What the fork that follows the tip of a tilting table says in M115.
+pub(super) const TRT: &str = "KINEMATICS:PENTA_AXIS_TRT";
+
+/// Which axis of that fork does what and which way, of the letters that there are; `place` says that it is that fork.
+pub(super) fn tilting_table(letters: &[char], place: &StatedAt, facts: &mut Vec<Fact>) -> AxisRoles {
+    let tilt = letters.iter().copied().find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
+    let how = "required, because only a firmware with PENTA_AXIS_TRT has G49, which ends tip following";
+    facts.push(Fact::new("link.identity", TRT, vec![place.clone()], how));
+    let directions = if tilt == 'B' { [-1_i64, 1] } else { [-1, -1] };
+    for (key, direction) in ["kinematics.tilt.direction", "kinematics.rotation.direction"].into_iter().zip(directions) {
+        facts.push(Fact::new(key, direction, vec![place.clone()], "PENTA_AXIS_TRT counts that way"));
+    }
+    AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: "by PENTA_AXIS_TRT".to_owned() }
 }
 
 struct Reader {
@@ -120,12 +135,10 @@ impl Reader {
         self.rest(&mut facts)?;
         let mut roles = by_name(&rotary);
         if let Some(table) = self.told("PENTA_AXIS_TRT") {
-            let tilt = rotary.iter().map(|axis| axis.letter).find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
-            roles =
-                Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: "by PENTA_AXIS_TRT".to_owned() });
-            let how = "required, because only a firmware with PENTA_AXIS_TRT has G49, which ends tip following";
-            facts.push(Fact::new("link.identity", "KINEMATICS:PENTA_AXIS_TRT", vec![table.place.clone()], how));
-            self.table(tilt, &table, &mut facts)?;
+            let letters: Vec<char> = rotary.iter().map(|axis| axis.letter).collect();
+            let of_table = tilting_table(&letters, &table.place, &mut facts);
+            self.table(of_table.tilt, &table, &mut facts)?;
+            roles = Some(of_table);
         }
         let notes = self.notes;
         Ok(Imported { firmware: "marlin", facts, most, rotary, roles, by_command: false, notes, called: None })
@@ -155,17 +168,10 @@ impl Reader {
         facts: &mut Vec<Fact>,
     ) -> Result<Vec<Fact>, ImportError> {
         let minute = |stated: &Stated| Stated { value: scaled(stated.value, 60.0), ..stated.clone() };
-        let mut most = Vec::new();
-        if let Some(speeds) = &speeds {
-            let feed = minute(if speeds[1].value < speeds[0].value { &speeds[1] } else { &speeds[0] });
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y, in mm/min"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
-            most.push(Fact::number(
-                "transition.z_mm_per_min",
-                &minute(&speeds[2]),
-                "lowered to the maximum speed of Z",
-            ));
-        }
+        let most = speeds.as_ref().map_or_else(Vec::new, |speeds| {
+            let xy = least([Some(&speeds[0]), Some(&speeds[1])]).map(|feed| minute(&feed));
+            feeds(xy, Some(minute(&speeds[2])), "the slower of X and Y, in mm/min", facts)
+        });
         if let Some(list) = &accelerations {
             let print = self.get("DEFAULT_ACCELERATION")?;
             let of = |which: &[usize]| least(which.iter().map(|&i| Some(&list[i])).chain([print.as_ref()]));
@@ -228,14 +234,8 @@ impl Reader {
         Ok(())
     }
 
-    /// Where the axes of the fork's tilting table lie, and which way they turn.
+    /// Where the axes of the fork's tilting table lie.
     fn table(&mut self, tilt: char, of: &Defined, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
-        let directions = if tilt == 'B' { [-1_i64, 1] } else { [-1, -1] };
-        for (key, direction) in
-            ["kinematics.tilt.direction", "kinematics.rotation.direction"].into_iter().zip(directions)
-        {
-            facts.push(Fact::new(key, direction, vec![of.place.clone()], "PENTA_AXIS_TRT counts that way"));
-        }
         let beside = if tilt == 'B' { 0 } else { 1 };
         let mut zero = Vec::new();
         for name in ["DEFAULT_MRZP_OFFSET_X", "DEFAULT_MRZP_OFFSET_Y", "DEFAULT_MRZP_OFFSET_Z"] {

@@ -130,11 +130,12 @@ impl Kind {
             line.strip_prefix("ok ").unwrap_or(line)
         };
         if let Some(name) = text.lines().find_map(|line| plain(line).strip_prefix("FIRMWARE_NAME:")) {
-            let name = name.trim_start().to_ascii_lowercase();
-            let klipper = ["klipper", "kalico"].iter().any(|word| name.starts_with(word));
-            let said = if name.starts_with("reprapfirmware") { Self::RepRapSaid } else { Self::MarlinSaid };
-            let said = if name.starts_with("grbl") { Self::GrblSaid } else { said };
-            return (!klipper).then_some(said);
+            return match Firmware::introduced(name)? {
+                Firmware::Marlin => Some(Self::MarlinSaid),
+                Firmware::RepRapFirmware => Some(Self::RepRapSaid),
+                Firmware::Grbl => Some(Self::GrblSaid),
+                _ => None,
+            };
         }
         let numbered = |line| ["[AXS:", "$110="].iter().any(|mark| plain(line).starts_with(mark));
         text.lines().any(numbered).then_some(Self::GrblSaid)

@@ -13,11 +13,11 @@ use serde_json::Value;
 use self::words::{Command, command};
 use super::said::ENDLESS_DEG;
 use super::stated::{
-    CORNER, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, same, scaled, shown, span,
+    CORNER, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, feeds, junction, least, number, same,
+    scaled, shown, span,
 };
 use super::{Imported, by_name, corrects, two};
 use crate::gcode::meaning::{Correction, Firmware};
-use crate::profile::ranges::check_number;
 
 /// What is read, so that none of it may stand under a condition.
 const READ: [&str; 12] =
@@ -385,15 +385,7 @@ impl Config {
             let (x, y) = (get('X', of)?, get('Y', of)?);
             least([Some(&x), Some(&y)])
         };
-        let mut most = Vec::new();
-        if let Some(feed) = slower(|axis| &axis.speed) {
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
-        }
-        most.extend(
-            get('Z', |axis| &axis.speed)
-                .map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to the maximum speed of Z")),
-        );
+        let most = feeds(slower(|axis| &axis.speed), get('Z', |axis| &axis.speed), "the slower of X and Y", facts);
         let all = least([slower(|axis| &axis.acceleration).as_ref(), self.numbers.get("M204 P")]);
         facts.extend(
             all.iter().map(|all| Fact::number("limits.acceleration_mm_per_s2", all, "the lowest of X, Y and M204 P")),
@@ -404,12 +396,9 @@ impl Config {
         let jerk = slower(|axis| &axis.jerk);
         if let (Some(all), Some(jerk)) = (all, jerk) {
             let value = (jerk.value / 60.0).powi(2) * CORNER / all.value;
-            let junction = Stated { value, from: [&jerk.from[..], &all.from[..]].concat() };
+            let stated = Stated { value, from: [&jerk.from[..], &all.from[..]].concat() };
             let how = "M566 jerk in mm/s, squared * 0.414 / acceleration; exact for corners of 90 degrees";
-            match check_number("limits.junction_mm", value) {
-                Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-                Err(out) => self.notes.push(format!("{}: {out}, so it is not imported ({how})", junction.place())),
-            }
+            junction(&stated, how, facts, &mut self.notes);
         }
         most
     }

@@ -6,15 +6,15 @@
 
 use std::collections::BTreeMap;
 
-use super::stated::{CORNER, Fact, File, ImportError, Rotary, Stated, StatedAt, least, number, same, scaled, span};
-use super::{AxisRoles, Imported, about, by_name, corrects, two};
+use super::marlin::{TRT, tilting_table};
+use super::stated::{
+    CORNER, Fact, File, ImportError, Rotary, Stated, StatedAt, feeds, junction, least, number, same, scaled, span,
+};
+use super::{Imported, by_name, corrects, two};
 use crate::gcode::meaning::Firmware;
-use crate::profile::ranges::check_number;
 
 /// Ends farther out are said of axes that have none, degrees.
 pub(super) const ENDLESS_DEG: f64 = 9999.0;
-/// What a fork of Marlin says that follows the tip of a tilting table.
-const PENTA: &str = "KINEMATICS:PENTA_AXIS_TRT";
 /// grblHAL's letters of rotary axes; U, V and W are linear unless a machine has no others, and often one of them is the filament.
 const GRBL_ROTARY: [&str; 2] = ["ABC", "ABCUVW"];
 
@@ -153,25 +153,12 @@ impl Said {
             notes.push("the firmware does not answer M211, so the limits of its axes are unknown".to_owned());
         }
         match self.junction() {
-            Some((junction, how)) => match check_number("limits.junction_mm", junction.value) {
-                Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-                Err(out) => notes.push(format!("{}: {out}, so it is not imported ({how})", junction.place())),
-            },
+            Some((stated, how)) => junction(&stated, how, &mut facts, &mut notes),
             None => notes.push("M205 is not told, so limits.junction_mm is unknown".to_owned()),
         }
         let mut roles = by_name(&rotary);
-        if identity.contains(PENTA) {
-            let tilt = letters.iter().copied().find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
-            roles =
-                Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: "by PENTA_AXIS_TRT".to_owned() });
-            let how = "required, because only a firmware with PENTA_AXIS_TRT has G49, which ends tip following";
-            facts.push(Fact::new("link.identity", PENTA, vec![at.clone()], how));
-            let directions = if tilt == 'B' { [-1_i64, 1] } else { [-1, -1] };
-            for (key, direction) in
-                ["kinematics.tilt.direction", "kinematics.rotation.direction"].into_iter().zip(directions)
-            {
-                facts.push(Fact::new(key, direction, vec![at.clone()], "PENTA_AXIS_TRT counts that way"));
-            }
+        if identity.contains(TRT) {
+            roles = Some(tilting_table(&letters, &at, &mut facts));
         }
         let called = identity.split_once("MACHINE_TYPE:").map(|(_, rest)| {
             let end = rest.split(" KINEMATICS:").next().and_then(|rest| rest.split(" EXTRUDER_COUNT:").next());
@@ -197,18 +184,8 @@ impl Said {
 
     fn speeds(&self, speeds: &Row, facts: &mut Vec<Fact>) -> Vec<Fact> {
         let minute = |stated: Stated| Stated { value: scaled(stated.value, 60.0), ..stated };
-        let mut most = Vec::new();
-        if let Some(feed) = least([speeds.get(&'X'), speeds.get(&'Y')]).map(minute) {
-            facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y, in mm/min"));
-            most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
-        }
-        most.extend(
-            speeds
-                .get(&'Z')
-                .cloned()
-                .map(minute)
-                .map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to the maximum speed of Z")),
-        );
+        let xy = least([speeds.get(&'X'), speeds.get(&'Y')]).map(minute);
+        let most = feeds(xy, speeds.get(&'Z').cloned().map(minute), "the slower of X and Y, in mm/min", facts);
         let print = self.get("M204", 'P');
         let of = |letter| self.get("M201", letter);
         let all = least([of('X'), of('Y'), print]);
@@ -297,24 +274,15 @@ pub(super) fn grbl(file: &File) -> Result<Imported, ImportError> {
         .collect();
     two(&rotary, &at, "every axis besides X, Y and Z")?;
     let mut facts = vec![Fact::new("dialect.firmware", "grbl", vec![at], "as the machine says of itself ($I)")];
-    let mut most = Vec::new();
-    if let Some(feed) = least([get(110, 'X'), get(110, 'Y')]) {
-        facts.push(Fact::number("limits.max_feed_mm_per_min", &feed, "the slower of X and Y"));
-        most.push(Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
-    }
-    most.extend(get(110, 'Z').map(|z| Fact::number("transition.z_mm_per_min", z, "lowered to the maximum speed of Z")));
+    let most =
+        feeds(least([get(110, 'X'), get(110, 'Y')]), get(110, 'Z').cloned(), "the slower of X and Y", &mut facts);
     let all = least([get(120, 'X'), get(120, 'Y')]);
     facts.extend(all.map(|a| Fact::number("limits.acceleration_mm_per_s2", &a, "the lower of X and Y")));
     facts.extend(get(120, 'Z').map(|a| Fact::number("limits.z_acceleration_mm_per_s2", a, "")));
     let mut notes = vec![
         "Grbl tells how far each axis travels ($130..), but not from where: limits and tilt range are asked".to_owned(),
     ];
-    if let Some(junction) = settings.get(&11) {
-        match check_number("limits.junction_mm", junction.value) {
-            Ok(()) => facts.push(Fact::number("limits.junction_mm", junction, "")),
-            Err(out) => notes.push(format!("{}: {out}, so it is not imported", junction.place())),
-        }
-    }
+    settings.get(&11).into_iter().for_each(|stated| junction(stated, "", &mut facts, &mut notes));
     let roles = by_name(&rotary);
     Ok(Imported { firmware: "grbl", facts, most, rotary, roles, by_command: false, notes, called: None })
 }

@@ -1,6 +1,7 @@
 //! What is common to all firmwares: lines of files, numbers with the lines they come from, keys of a profile, and why files are refused.
 
 use crate::location::Location;
+use crate::profile::ranges::check_number;
 use std::path::{Component, Path, PathBuf};
 
 use toml::Value;
@@ -326,6 +327,25 @@ pub(super) fn ordered(axis: &str, low: &Stated, high: &Stated) -> Result<(), Imp
         high.value
     );
     Err(ImportError::At { place: high.place(), why })
+}
+
+/// `limits.junction_mm`, where a profile may have it; else why not, as a note.
+pub(super) fn junction(stated: &Stated, how: &str, facts: &mut Vec<Fact>, notes: &mut Vec<String>) {
+    match check_number("limits.junction_mm", stated.value) {
+        Ok(()) => facts.push(Fact::number("limits.junction_mm", stated, how)),
+        Err(out) => {
+            let why = if how.is_empty() { String::new() } else { format!(" ({how})") };
+            notes.push(format!("{}: {out}, so it is not imported{why}", stated.place()));
+        }
+    }
+}
+
+/// The fastest of X and Y, and what travels and Z may be at most: mm a minute.
+pub(super) fn feeds(xy: Option<Stated>, z: Option<Stated>, how: &str, facts: &mut Vec<Fact>) -> Vec<Fact> {
+    facts.extend(xy.iter().map(|feed| Fact::number("limits.max_feed_mm_per_min", feed, how)));
+    let travel = xy.map(|feed| Fact::number("transition.travel_mm_per_min", &feed, "lowered to the slower of X and Y"));
+    let z = z.map(|z| Fact::number("transition.z_mm_per_min", &z, "lowered to the maximum speed of Z"));
+    travel.into_iter().chain(z).collect()
 }
 
 /// The lesser of what is stated.
