@@ -48,7 +48,7 @@ fn part(name: &str) -> Option<TriangleMesh<Object>> {
         return Some(lump(rings.parse().expect("a number")));
     }
     let file = std::path::Path::new(&std::env::var_os("TRUNNION_MESHES")?).join(name);
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     Some(read_surface(&std::fs::read(file).ok()?, name, &options).expect("reads"))
 }
 

@@ -109,7 +109,7 @@ impl<'py> Given<'py> {
     pub(crate) fn model(&self, model: Named) -> PyResult<ModelSource> {
         let unit = self.text("unit")?.map(|text| text.parse::<Unit>()).transpose();
         let unit = unit.map_err(|error| Trouble::input(error.to_string()).raised(self.0.py()))?;
-        Ok(ModelSource { source: source(model), unit, repair: self.flag("repair")? })
+        Ok(ModelSource { unit, repair: self.flag("repair")?, ..ModelSource::from(source(model)) })
     }
 }
 

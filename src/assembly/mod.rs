@@ -35,7 +35,7 @@
 //! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
 //!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
 //!
-//! [`join`] makes solids of parts that touch or overlap instead; [`cut_away`] takes a project's negative volumes off its parts. Besides
+//! [`join`] makes solids of parts that touch or overlap instead; [`as_printed`] does with a project's volumes what its slicer does. Besides
 //! ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
 //!
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
@@ -48,7 +48,7 @@ mod standing;
 #[cfg(test)]
 mod tests;
 
-pub use away::cut_away;
+pub use away::as_printed;
 pub use standing::{in_rows, up_on, upright};
 
 use std::collections::BTreeSet;
@@ -277,6 +277,15 @@ pub fn join(model: &Model) -> Result<Option<Fitted>, FitError> {
     let kept = (0..parts.len()).filter(|&part| sets.root(part as u32) as usize == part);
     let parts = kept.map(|part| (parts[part].name.clone(), parts[part].mesh.clone())).collect();
     Ok(Some(Fitted { parts, changes }))
+}
+
+/// What two parts both fill, mm³, where that is more than a face, a side or a corner, and more than the parts of an assembly touch.
+fn overlap_of(one: &Part, two: &Part) -> Option<f64> {
+    if !may_overlap(one, two, &BoxTree::new(&two.mesh), false) {
+        return None;
+    }
+    let common = solid::common(&one.mesh, &two.mesh).ok()?;
+    (common.thickness_mm() > OVERLAP_MM).then_some(common.volume_mm3)
 }
 
 /// Whether two parts have more in common than a face, a side or a corner.

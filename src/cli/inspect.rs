@@ -3,10 +3,13 @@
 use super::args::{Explain, Inspect};
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job;
+use crate::job::{self, ModelSource};
+use crate::mesh::ProjectPlates;
 
 pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
-    let loaded = job::load_model(&args.model.source()?, &console.world())?;
+    let source = args.model.source()?;
+    let plates = if source.plates == ProjectPlates::Only { ProjectPlates::All } else { source.plates };
+    let loaded = job::load_model(&ModelSource { plates, ..source }, &console.world())?;
     if console.json() {
         console.document(&document::inspected(&loaded.model));
     } else {

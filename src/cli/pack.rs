@@ -9,6 +9,7 @@ use crate::document::{self, text};
 use crate::job::{
     self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, PictureFile, Source, interrupts,
 };
+use crate::mesh::ProjectPlates;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let files: Vec<PathBuf> = args.models.iter().map(|w| copies(w).0.to_owned()).chain(args.boxes.clone()).collect();
@@ -35,7 +36,8 @@ impl Verb {
         let unit = unit.map_err(|e: crate::mesh::UnknownUnit| Failure::Usage(e.to_string()))?;
         let model = |word: &PathBuf| {
             let (name, count) = copies(word);
-            (ModelSource { source: Source::from(name), unit, repair: !self.no_repair }, count)
+            let (source, plates) = (Source::from(name), ProjectPlates::All);
+            (ModelSource { source, unit, repair: !self.no_repair, plates }, count)
         };
         let models = || Contents::Models(self.models.iter().map(model).collect());
         let table = || PackInto::Table(MachineSource::from(self.profile.as_deref().unwrap_or_default()));

@@ -12,7 +12,7 @@ use crate::job::{
     self, Arrangement, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest, PlanSource,
     PoseChoice, PreviewRequest, SlicingOptions, Source, SupportForm, Supporting, interrupts,
 };
-use crate::mesh::Unit;
+use crate::mesh::{ProjectPlates, Unit};
 use crate::planning::Priority;
 use crate::slicing::SlicerChoice;
 use crate::spelling::numbers;
@@ -27,7 +27,8 @@ impl ReadArgs {
     pub(super) fn source(&self, model: &Path) -> Result<ModelSource, Failure> {
         let unit = self.unit.as_deref().map(str::parse::<Unit>).transpose();
         let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
-        Ok(ModelSource { source: Source::from(model), unit, repair: !self.no_repair })
+        let plates = self.plate.map_or(ProjectPlates::Only, ProjectPlates::Number);
+        Ok(ModelSource { source: Source::from(model), unit, repair: !self.no_repair, plates })
     }
 }
 
@@ -42,9 +43,10 @@ impl ArrangeArgs {
         let first = read.source(model)?;
         let of = |word: &Path| {
             let (name, copies) = copies(word);
-            (ModelSource { source: Source::from(name), ..first.clone() }, copies)
+            (ModelSource { source: Source::from(name), plates: ProjectPlates::Only, ..first.clone() }, copies)
         };
         let (named, copies) = of(model);
+        let named = ModelSource { plates: first.plates, ..named };
         let standing = match (self.up, self.base) {
             (Some(standing), _) => standing,
             (None, Some(part)) => PoseChoice::On(part),

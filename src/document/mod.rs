@@ -36,6 +36,7 @@ mod oriented;
 mod packed;
 mod plan_text;
 mod planned;
+mod prepare_text;
 mod priced;
 mod printing;
 mod published;
@@ -44,6 +45,7 @@ mod sent;
 mod shape_text;
 mod supported;
 pub mod text;
+mod verified_text;
 mod viewed;
 mod visible;
 
@@ -58,8 +60,8 @@ pub use packed::packed;
 pub use planned::{no_plan, no_way, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
-    checked, cold, event, jogged, left_alone, own, prepared, profile_imported, profile_made, rehearsed, rejected,
-    rewritten, shipped, sliced, verified,
+    checked, cold, event, jogged, left_alone, own, plate, plates, prepared, profile_imported, profile_made, rehearsed,
+    rejected, rewritten, shipped, sliced, verified,
 };
 pub use published::published;
 pub use row::{Lines, Row, fitting, too_low};

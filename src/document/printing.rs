@@ -7,7 +7,7 @@ use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
 use crate::job::{
     At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, JogChange, JogResult, MachineError,
-    PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
+    PlateEvent, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
 use crate::profile::{Fact, Profile, Sight, StatedAt};
@@ -70,6 +70,21 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
         },
     })
+}
+
+/// `prepare --plates`: a plate that was written, with its model, what is on it, and how often it is to be printed.
+pub fn plate(event: &PlateEvent<'_>) -> Option<Value> {
+    let PlateEvent::Made { output, model, plate, done } = event else { return None };
+    let mut made = prepared(&output.display().to_string(), done, done.gcode.report()?);
+    made["dry_run"] = Value::Null;
+    let holds = plate.holds.iter().map(|(file, count)| json!({"model": file, "count": count}));
+    let holds: Vec<Value> = holds.collect();
+    Some(json!({"model": model.display().to_string(), "holds": holds, "times": plate.times, "prepared": made}))
+}
+
+/// `prepare --plates`: all plates.
+pub fn plates(each: Vec<Value>) -> Value {
+    json!({"plates": each})
 }
 
 /// `prepare --dry-run`: the poses of the rehearsal, and the outermost places of the tip at each, machine coordinates, mm.

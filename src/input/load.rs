@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
 use super::{BadExtends, BadSetting, InputError};
-use crate::assembly::cut_away;
+use crate::assembly::as_printed;
 use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
 use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
@@ -87,8 +87,8 @@ pub(crate) fn load_aloud(from: &ModelSource, world: &World<'_>) -> Result<Loaded
 pub(crate) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, InputError> {
     let bytes = from.source.bytes(world)?;
     let file = from.source.name().into_owned();
-    let (model, away) = read_project(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
-    let model = if away.is_empty() { model } else { cut_away(model, &away)? };
+    let options = ReadOptions { unit: from.unit, repair: from.repair, plates: from.plates };
+    let model = as_printed(read_project(&bytes, &file, &options)?)?;
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
 }
 
@@ -315,7 +315,7 @@ pub fn load_plan(from: &PlanSource, world: &World<'_>) -> Result<CheckedPlan, In
     let unit =
         plan.model.unit.parse::<Unit>().map_err(|source| InputError::Unit { plan: name.into_owned(), source })?;
     // The plan was made from the repaired model if it was repaired; reading it the same way changes nothing else.
-    let model = load_model(&ModelSource { source, unit: Some(unit), repair: true }, world)?;
+    let model = load_model(&ModelSource { unit: Some(unit), ..ModelSource::from(source) }, world)?;
     let checked = CheckedPlan { sha256: plan.sha256(), plan, model, machine };
     checked.check()?;
     Ok(checked)

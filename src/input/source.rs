@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::InputError;
-use crate::mesh::Unit;
+use crate::mesh::{ProjectPlates, Unit};
 use crate::profile::Profile;
 use crate::spelling::nearest;
 use crate::world::{FileError, World};
@@ -89,11 +89,13 @@ pub struct ModelSource {
     pub unit: Option<Unit>,
     /// Whether what is safe to mend is mended, and said: flipped and doubled facets, sides that others' corners lie on, plane holes.
     pub repair: bool,
+    /// Which plates of a project.
+    pub plates: ProjectPlates,
 }
 
 impl<S: Into<Source>> From<S> for ModelSource {
     fn from(source: S) -> Self {
-        Self { source: source.into(), unit: None, repair: true }
+        Self { source: source.into(), unit: None, repair: true, plates: ProjectPlates::Only }
     }
 }
 

@@ -67,9 +67,9 @@ pub use crate::input::{
 };
 pub use crate::strategy::{
     self, ArrangedModel, Arrangement, CutModel, CutSolid, Cutting, Finish, HeldModel, HeldPart, Hindrance, Holding,
-    Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PoseChoice, Refused, SplitOptions,
-    SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed, plan,
-    sequences, split,
+    Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PlateModel, PoseChoice, Refused,
+    SplitOptions, SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed,
+    plan, sequences, split,
 };
 pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;
@@ -94,10 +94,10 @@ pub use pack::{
     Plates, pack,
 };
 pub use print::{
-    LARGEST_BED_MM, MOST_LOOKED_AT, PoseShown, PrepareRequest, PrepareResult, PreviewRequest, PreviewResult,
-    PrintError, Prints, Rejected, RewriteRequest, RewriteResult, Seconds, SliceRequest, SliceResult, SlicerName,
-    SlicingOptions, Verified, VerifyRequest, VerifyResult, bed, is_finished, is_page, prepare, preview, rewrite, show,
-    show_rejected, slice, verify,
+    LARGEST_BED_MM, MOST_LOOKED_AT, PlateEvent, PlateFolder, PoseShown, PrepareRequest, PrepareResult, PreviewRequest,
+    PreviewResult, PrintError, Prints, Rejected, RewriteRequest, RewriteResult, Seconds, SliceRequest, SliceResult,
+    SlicerName, SlicingOptions, Verified, VerifyRequest, VerifyResult, bed, is_finished, is_page, prepare,
+    prepare_plates, preview, rewrite, show, show_rejected, slice, verify,
 };
 pub use printer::{BadSimulation, Bench, PrinterError, SimulateRequest, simulate};
 pub use publish::{PublishRequest, PublishResult, UploadError, publish, server_address, server_key};

@@ -182,6 +182,32 @@ pub enum Fault {
         /// Its name.
         name: String,
     },
+    /// A project of several plates, none of which was chosen.
+    #[error("the project has {known}; choose one (--plate N), or print all of them (prepare --plates DIR)")]
+    SeveralPlates {
+        /// Its plates, in words.
+        known: String,
+    },
+    /// A plate on which nothing lies.
+    #[error("nothing to print lies on plate {given} (--plate); the project has {known}")]
+    NoSuchPlate {
+        /// As asked for.
+        given: u32,
+        /// Its plates, in words.
+        known: String,
+    },
+    /// A plate of a file that has none.
+    #[error("the file lists no plates, so there is no plate {given}; remove --plate")]
+    NoPlates {
+        /// As asked for.
+        given: u32,
+    },
+    /// An object that lies below its project's table.
+    #[error("{name} lies below the table of its project; raise it or remove it there")]
+    Below {
+        /// Its name.
+        name: String,
+    },
     /// Nothing of a project is printed.
     #[error("the project prints nothing: {first}{}", if *others > 0 { format!(" (and {others} more)") } else { String::new() })]
     NothingPrinted {

@@ -1,5 +1,7 @@
 //! A model: its parts, what they share, and what stands on the table.
 
+use std::collections::BTreeMap;
+
 use hashbrown::{HashMap, HashSet};
 
 use super::error::{Fault, FilePlace, Located};
@@ -56,6 +58,17 @@ pub struct Away {
     pub parts: Vec<usize>,
 }
 
+/// A model as its file has it, with what is still to be done to its parts.
+#[derive(Clone, Debug)]
+pub struct DrawnModel {
+    /// The parts.
+    pub model: Model,
+    /// Volumes that are to be cut away from them.
+    pub away: Vec<Away>,
+    /// Parts that are one solid where they overlap: those of one object of a slicer's project. Each ascending, two at least.
+    pub objects: Vec<Vec<usize>>,
+}
+
 impl Model {
     /// A model of `parts` (name and closed mesh, mm) whose interfaces are looked for; ids are given in order.
     ///
@@ -72,8 +85,8 @@ impl Model {
         model
     }
 
-    /// The model, and what is to be cut away from its parts.
-    pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<(Self, Vec<Away>), Located> {
+    /// The model, and what is still to be done to its parts.
+    pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<DrawnModel, Located> {
         let facets = soup.facets.len();
         let dropped = soup.weld();
         if dropped > 0 {
@@ -102,6 +115,11 @@ impl Model {
             parts: of(label(surface).object),
         });
         let away: Vec<Away> = away.collect();
+        let mut objects: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (id, surface) in surfaces.iter().enumerate().filter(|_| soup.is_project) {
+            objects.entry(label(surface).object).or_default().push(id);
+        }
+        let objects = objects.into_values().filter(|parts| parts.len() > 1).collect();
         model.unit = unit;
         soup.warnings.append(&mut model.warnings);
         model.warnings = soup.warnings;
@@ -110,7 +128,7 @@ impl Model {
             model.warnings.truncate(MOST_WARNINGS);
             model.warnings.push(format!("{more} more warnings are not shown"));
         }
-        Ok((model, away))
+        Ok(DrawnModel { model, away, objects })
     }
 
     /// Ids of the parts that neither stand on the table nor hang together, through interfaces, with one that does;

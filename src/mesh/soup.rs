@@ -35,6 +35,8 @@ pub(super) struct Soup {
     pub(super) unit: Option<Unit>,
     /// What was passed over while reading.
     pub(super) warnings: Vec<String>,
+    /// Whether it is a slicer's project: what is of one object is one solid where it overlaps.
+    pub(super) is_project: bool,
 }
 
 impl Label {

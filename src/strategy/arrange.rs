@@ -8,7 +8,7 @@ use super::error::StrategyError;
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::input::{BadSetting, LoadedModel, LoadedProfile, ModelSource, process_of, read_quietly, tell};
-use crate::mesh::{Model, Part, TriangleMesh, is_overlap, threemf};
+use crate::mesh::{Model, Part, ProjectPlates, TriangleMesh, is_overlap, threemf};
 use crate::orient::{Facets, recommend};
 use crate::pack::{self, Spot};
 use crate::planning::{Infeasible, MOST_PARTS};
@@ -85,7 +85,9 @@ const MOST_MODELS: usize = 1000;
 /// Room between models, mm, where it is asked for.
 const GAPS_MM: [f64; 2] = [0.5, 500.0];
 /// Room between models that is tried where the head's own does not fit on the table, mm.
-const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
+const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, NEAREST_MM];
+/// Room between models, mm, where nobody asks for less.
+pub(super) const NEAREST_MM: f64 = 5.0;
 /// Room that is tried where they have no plan so near to each other, mm.
 const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
 
@@ -134,7 +136,9 @@ pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     how.check()?;
     let read = read_quietly(first, world)?;
     world.progress.reached(&read);
-    if how.is_plain() && how.snap_mm == 0.0 && !how.join {
+    // Whoever reads the plan's model again knows no plate.
+    let of_plate = first.plates != ProjectPlates::Only;
+    if how.is_plain() && how.snap_mm == 0.0 && !how.join && !of_plate {
         tell(&read.model.warnings, world);
         return Ok(SetUp::as_read(read));
     }
@@ -152,7 +156,11 @@ pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
         Arrangement { snap_mm: 0.0, .. } => None,
         _ => fit(model, how.snap_mm)?,
     };
-    let Some(parts) = fitted.as_ref().map_or_else(|| stood.as_ref().map(named), |f| Some(f.parts.clone())) else {
+    if let ProjectPlates::Number(number) = first.plates {
+        changes.push(format!("plate {number} of {}", read.file));
+    }
+    let as_stood = || stood.as_ref().or(of_plate.then_some(model)).map(named);
+    let Some(parts) = fitted.as_ref().map_or_else(as_stood, |f| Some(f.parts.clone())) else {
         tell(&read.model.warnings, world);
         return Ok(SetUp { model: read, arranged: None, gap_mm });
     };
@@ -178,7 +186,7 @@ pub(crate) fn made_of(
 }
 
 impl Arrangement {
-    fn check(&self) -> Result<(), BadSetting> {
+    pub(super) fn check(&self) -> Result<(), BadSetting> {
         BadSetting::within("snap", self.snap_mm, " mm", [0.0, MOST_SNAP_MM])?;
         if let Some(mm) = self.gap_mm {
             BadSetting::within("gap", mm, " mm", GAPS_MM)?;
@@ -317,25 +325,29 @@ fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) ->
     let tried = match asked_mm {
         Some(mm) => vec![mm],
         None => {
-            let own = head_reach_mm(machine, highest).max(NARROWER_MM[3]);
+            let own = head_reach_mm(machine, highest).max(NEAREST_MM);
             std::iter::once(own).chain(NARROWER_MM.into_iter().filter(|mm| *mm < own)).collect()
         }
     };
     let last = tried[tried.len() - 1];
-    let inside = |[x, y]: [f64; 2]| machine.profile.beyond_table(x, y) <= 0.0;
+    let room = tried.into_iter().find_map(|mm| Some((room_for(&footprints, mm, machine)?, mm)));
+    // What does not fit at all is refused where every model is held against its table.
+    let rows = || in_rows(&footprints, last).into_iter().map(|corner| Spot { corner, turned: false }).collect();
+    room.map_or_else(|| (rows(), last, false), |(spots, mm)| (spots, mm, true))
+}
+
+/// Where rectangles stand on the table with so much room between them, turned only where there is no room otherwise; `None` where none is
+/// found.
+pub(super) fn room_for(footprints: &[[f64; 2]], gap_mm: f64, machine: &LoadedProfile) -> Option<Vec<Spot>> {
     // What covers more than the table fits in no way.
     let table = &machine.profile.table;
     let square = table.size_mm.filter(|_| table.radius_mm == 0.0);
     let table_mm2 = square.map_or_else(|| PI * table.radius_mm * table.radius_mm, |[wide, deep]| wide * deep);
-    let too_many = footprints.iter().map(|[x, y]| x * y).sum::<f64>() > table_mm2;
-    let ways = tried.into_iter().flat_map(|mm| [(mm, false), (mm, true)]);
-    let room = ways
-        .into_iter()
-        .filter(|_| !too_many)
-        .find_map(|(mm, turns)| Some((pack::on_table(&footprints, mm, turns, &inside)?, mm)));
-    // What does not fit at all is refused where every model is held against its table.
-    let rows = || in_rows(&footprints, last).into_iter().map(|corner| Spot { corner, turned: false }).collect();
-    room.map_or_else(|| (rows(), last, false), |(spots, mm)| (spots, mm, true))
+    if footprints.iter().map(|[x, y]| x * y).sum::<f64>() > table_mm2 {
+        return None;
+    }
+    let inside = |[x, y]: [f64; 2]| machine.profile.beyond_table(x, y) <= 0.0;
+    [false, true].into_iter().find_map(|turns| pack::on_table(footprints, gap_mm, turns, &inside))
 }
 
 /// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.

@@ -34,6 +34,21 @@ pub enum StrategyError {
         /// The other machine.
         machine: &'static str,
     },
+    /// Models that fit on the table one by one, but not at once.
+    #[error(
+        "{bodies} separate objects do not fit on the table ({extent}) at once: print them on {plates} plates (prepare --plates DIR){}",
+        machine.map_or_else(String::new, |name| format!(", or on {name}, where they fit (-m {name})"))
+    )]
+    SeveralPlates {
+        /// How many stand apart.
+        bodies: usize,
+        /// The table's size, in words.
+        extent: String,
+        /// How many plates they take.
+        plates: usize,
+        /// Another machine that has room for all of them.
+        machine: Option<&'static str>,
+    },
     /// Parts that cannot be made to meet.
     #[error(transparent)]
     Fit(#[from] FitError),

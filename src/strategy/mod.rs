@@ -42,6 +42,7 @@ pub(crate) mod holding;
 mod loose;
 mod no_plan;
 mod plan;
+mod plates;
 mod price;
 mod refused;
 mod remedies;
@@ -63,6 +64,7 @@ pub use no_plan::{Hindrance, NoPlan};
 pub use plan::{
     Finish, Listed, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, ThreeAxes, allowed, sequences,
 };
+pub use plates::{PlateModel, PlateQueue};
 pub use price::{Terms, WISH, Way, Weights};
 pub use refused::Refused;
 pub use solids::CutSolid;

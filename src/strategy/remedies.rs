@@ -3,6 +3,7 @@
 use super::arrange::{Models, SetUp};
 use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, planned, planned_along};
+use super::plates::plates_of;
 use super::price::Way;
 use super::turning::{Poses, turned};
 use super::ways::TriedWay;
@@ -24,13 +25,17 @@ fn others<'a>(than: &'a LoadedProfile) -> impl Iterator<Item = &'static str> + '
     SHIPPED.iter().map(|(name, ..)| *name).filter(owned)
 }
 
-/// That the model fits on the table of another machine, where it does.
+/// That the model fits on several plates, or on the table of another machine, where it does.
 pub(super) fn with_room(no: Misplaced, model: &Model, than: &LoadedProfile, world: &World<'_>) -> StrategyError {
     let fits = |name: &&str| {
         let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), world);
         machine.is_ok_and(|machine| centred(model, &machine.profile).is_ok())
     };
-    match others(than).find(fits) {
+    let machine = others(than).find(fits);
+    if let (Misplaced::OverRim { extent, .. }, Some((bodies, plates))) = (&no, plates_of(model, than)) {
+        return StrategyError::SeveralPlates { bodies, extent: extent.clone(), plates, machine };
+    }
+    match machine {
         Some(machine) => StrategyError::RoomElsewhere { source: no, machine },
         None => no.into(),
     }

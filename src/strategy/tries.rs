@@ -126,6 +126,9 @@ pub(crate) fn planned_somehow(
                 tries.misplaced = true;
                 tries.moved_apart();
             }
+            Err(StrategyError::Misplaced(no)) => {
+                return Err(with_room(no, &tries.sets[0].model.model, models.machine, world));
+            }
             Err(error) => return Err(error),
         }
         if tries.found.is_empty() {

@@ -56,6 +56,7 @@ mod pictures;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;
+mod plates;
 mod practised;
 mod presets;
 mod preview;

@@ -49,7 +49,7 @@ fn agree(python: &Path, file: &Path, ups: &[Vec3]) {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", file.display());
     let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     let name = file.file_name().unwrap().to_str().unwrap();
     let facets = Facets::of(&read_surface(&std::fs::read(file).unwrap(), name, &options).unwrap());
     let all = document.as_object().unwrap();

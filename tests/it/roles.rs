@@ -326,3 +326,115 @@ fn prusa_slicer_lays_as_much() {
         assert!((laid / own - 1.0).abs() < 0.03, "{word}: {own} mm3, PrusaSlicer lays {laid}");
     }
 }
+
+/// A Bambu Studio project: two objects, the second one twice, on the plates that list them; each item 100 mm further.
+fn on_plates(path: &Path, plates: &[(u32, &str, &[(u32, usize)])]) {
+    let plate = |(number, name, items): &(u32, &str, &[(u32, usize)])| {
+        let item = |(object, which): &(u32, usize)| {
+            format!(
+                "<model_instance><metadata key=\"object_id\" value=\"{object}\"/><metadata key=\"instance_id\" value=\"{which}\"/><metadata \
+                 key=\"identify_id\" value=\"99\"/></model_instance>"
+            )
+        };
+        let items: String = items.iter().map(item).collect();
+        format!(
+            "<plate><metadata key=\"plater_id\" value=\"{number}\"/><metadata key=\"plater_name\" value=\"{name}\"/>{items}</plate>"
+        )
+    };
+    let plates: String = plates.iter().map(plate).collect();
+    let (large, small) = (mesh(&[BODY]), mesh(&[[[0.0; 3], [10.0; 3]]]));
+    let resources = format!(
+        "<object id=\"1\" type=\"model\" name=\"large\">{large}</object><object id=\"2\" type=\"model\" name=\"small\">{small}</object>"
+    );
+    let at = |id: u32, x: u32| format!("<item objectid=\"{id}\" transform=\"1 0 0 0 1 0 0 0 1 {x} 0 0\"/>");
+    let items = at(1, 0) + &at(2, 100) + &at(2, 200);
+    package(
+        path,
+        "millimeter",
+        &resources,
+        &items,
+        &[("Metadata/model_settings.config", format!("<config>{plates}</config>"))],
+    );
+}
+
+#[test]
+fn a_plate_of_a_project_is_printed_as_it_is_and_several_are_asked_for() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let volume = |plate: &str| {
+        let run = trunnion().args(["inspect", "--json", "--plate", plate]).arg(&path).output().unwrap();
+        let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let parts = report["parts"]
+            .as_array()
+            .map(|parts| parts.iter().map(|p| p["volume_mm3"].as_f64().unwrap()).sum::<f64>());
+        parts.ok_or_else(|| said(&run))
+    };
+    on_plates(&path, &[(1, "base", &[(1, 0), (2, 1)]), (2, "", &[(2, 0)]), (3, "empty", &[])]);
+    assert!((volume("1").unwrap() - 9000.0_f64).abs() < 1e-6);
+    assert!((volume("2").unwrap() - 1000.0_f64).abs() < 1e-6);
+    let none = volume("3").unwrap_err();
+    assert!(fails(&none, "mesh/no-such-plate: plate 3 | 2 plates: 1 (base, 2 objects), 2 (1 object)"), "{none}");
+    // All of them where they are only looked at, with a word about it; the main job asks.
+    let (all, warnings) = inspected(&path).unwrap();
+    assert!((all - 10_000.0).abs() < 1e-6 && warnings.contains("2 plates"), "{warnings}");
+    let output = folder.path().join("out.gcode");
+    let prepare = |rest: &[&str]| {
+        let args = ["-m", "generic-ac", "--slicer", "builtin", "--json", "-o"];
+        trunnion().arg("prepare").arg(&path).args(args).arg(&output).args(rest).output().unwrap()
+    };
+    let asked = said(&prepare(&[]));
+    assert!(fails(&asked, "mesh/several-plates: --plate N | --plates DIR"), "{asked}");
+    // What was made of a plate is proved anew from the disk: the plan's model is that plate.
+    let done = prepare(&["--plate", "2", "--plan-out", folder.path().join("plan.json").to_str().unwrap()]);
+    assert!(done.status.success(), "{}", said(&done));
+    let again =
+        trunnion().arg("verify").arg(&output).arg("--plan").arg(folder.path().join("plan.json")).output().unwrap();
+    assert!(again.status.success(), "{}", said(&again));
+    let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn what_lies_on_no_plate_is_left_out_and_said_and_one_plate_needs_no_word() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    on_plates(&path, &[(1, "", &[(1, 0)])]);
+    let (volume, warnings) = inspected(&path).unwrap();
+    assert!((volume - 8000.0).abs() < 1e-6 && warnings.contains("small lies on no plate"), "{warnings}");
+    // Plates on which nothing lies say nothing of what is there.
+    on_plates(&path, &[(1, "", &[]), (2, "", &[(7, 0)])]);
+    assert!((inspected(&path).unwrap().0 - 10_000.0).abs() < 1e-6);
+    on_plates(&path, &[]);
+    assert!((inspected(&path).unwrap().0 - 10_000.0).abs() < 1e-6);
+    let run = trunnion().args(["inspect", "--plate", "1"]).arg(&path).output().unwrap();
+    assert!(fails(&said(&run), "mesh/no-plates: --plate"), "{}", said(&run));
+    let broken = "<config><plate><metadata key=\"plater_id\" value=\"one\"/></plate></config>".to_owned();
+    let whole = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY]));
+    package(&path, "millimeter", &whole, "<item objectid=\"3\"/>", &[("Metadata/model_settings.config", broken)]);
+    refused(&path, "mesh/syntax: plater_id");
+}
+
+#[test]
+fn paint_is_told_by_what_it_is() {
+    let folder = folder();
+    let path = folder.path().join("painted.3mf");
+    for (paint, words) in [
+        ("slic3rpe:custom_supports=\"4\"", "has painted supports"),
+        ("paint_supports=\"8\"", "has painted supports"),
+        ("slic3rpe:custom_seam=\"4\"", "has a painted seam"),
+        ("paint_seam=\"4\"", "has a painted seam"),
+        ("slic3rpe:mmu_segmentation=\"8\"", "has painted colours"),
+        ("paint_color=\"8\"", "has painted colours"),
+        ("paint_fuzzy_skin=\"4\"", "has painted fuzzy skin"),
+        ("paint_supports=\"\"", ""),
+        ("pid=\"1\" p1=\"0\"", ""),
+    ] {
+        let painted = mesh(&[BODY]).replacen("v3=\"1\"/>", &format!("v3=\"1\" {paint}/>"), 1);
+        assert!(painted.contains(paint));
+        let whole = format!("<object id=\"3\" type=\"model\" name=\"knob\">{painted}</object>");
+        package(&path, "millimeter", &whole, "<item objectid=\"3\"/>", &[]);
+        let (volume, warnings) = inspected(&path).unwrap();
+        let told = if words.is_empty() { "[]".to_owned() } else { format!("knob {words}") };
+        assert!((volume - 8000.0).abs() < 1e-6 && warnings.contains(&told), "{paint}: {warnings}");
+    }
+}

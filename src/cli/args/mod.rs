@@ -123,6 +123,11 @@ pub(in crate::cli) struct ReadArgs {
     /// [default: the file's own, else guessed]
     #[arg(help_heading = MODEL, long)]
     pub(in crate::cli) unit: Option<String>,
+    /// Plate of a Bambu Studio or OrcaSlicer project
+    ///
+    /// [default: the only one; inspect, pack and prepare --plates read all of them]
+    #[arg(help_heading = MODEL, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), hide_short_help = true)]
+    pub(in crate::cli) plate: Option<u32>,
     /// Refuse open meshes, and repair nothing
     ///
     /// [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]

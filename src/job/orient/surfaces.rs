@@ -57,7 +57,7 @@ pub(super) fn meshes(
 
 fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, OrientError> {
     let bytes = model.source.bytes(world)?;
-    let options = ReadOptions { unit: model.unit, repair: false };
+    let options = ReadOptions { unit: model.unit, repair: false, plates: model.plates };
     let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);
     Ok(read?)
 }

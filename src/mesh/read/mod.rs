@@ -4,15 +4,18 @@ mod attributes;
 mod meter;
 mod obj;
 mod off;
+mod plates;
 mod roles;
 mod stl_ascii;
 mod stl_binary;
 mod threemf;
 mod threemf_xml;
 
+pub use plates::ProjectPlates;
+
 use super::error::{Fault, FilePlace, Located, MeshError};
 use super::soup::Soup;
-use super::{Away, Model, TriangleMesh, Unit, guess_unit};
+use super::{DrawnModel, Model, TriangleMesh, Unit, guess_unit};
 use crate::geom::{Bounds, Object};
 
 /// How to read a model.
@@ -22,6 +25,8 @@ pub struct ReadOptions {
     pub unit: Option<Unit>,
     /// Whether open or inconsistently wound surfaces may be mended instead of refused.
     pub repair: bool,
+    /// Which plates of a project.
+    pub plates: ProjectPlates,
 }
 
 /// Reads a model: its closed parts, what they share, and what stands on the table, in mm.
@@ -35,20 +40,23 @@ pub struct ReadOptions {
 /// A [`MeshError`] with the file's name, the place and the remedy for a file that cannot be parsed, holds no facets,
 /// numbers that are not finite or out of range, or a surface that is open, inconsistently wound or flat.
 pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Model, MeshError> {
-    let (model, away) = read_project(bytes, name, options)?;
+    let DrawnModel { model, away, .. } = read_project(bytes, name, options)?;
     match away.first() {
         None => Ok(model),
         Some(away) => Err(Fault::Negative { name: away.name.clone() }.at(FilePlace::File).in_file(name)),
     }
 }
 
-/// As [`read_model`], with the volumes that are still to be cut away from the parts: a 3MF project's negative volumes.
+/// As [`read_model`], with what is still to be done to the parts of a 3MF project: volumes that are to be cut away, and parts that are one solid
+/// where they overlap.
 ///
 /// # Errors
 ///
 /// As [`read_model`].
-pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(Model, Vec<Away>), MeshError> {
-    read(bytes, name).and_then(|soup| Model::from_soup(soup, options)).map_err(|located| located.in_file(name))
+pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<DrawnModel, MeshError> {
+    read(bytes, name, options.plates)
+        .and_then(|soup| Model::from_soup(soup, options))
+        .map_err(|located| located.in_file(name))
 }
 
 /// Reads a model's surface as it is, in mm: open, non-manifold and inconsistently wound meshes as well, all parts in one.
@@ -60,7 +68,7 @@ pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(
 ///
 /// A [`MeshError`] as [`read_model`]'s, but for what only closed parts need.
 pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
-    let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
+    let mut soup = read(bytes, name, options.plates).map_err(|located| located.in_file(name))?;
     if let Some(away) = soup.names.iter().find(|label| label.away) {
         return Err(Fault::Negative { name: away.away_called() }.at(FilePlace::File).in_file(name));
     }
@@ -74,7 +82,7 @@ pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<T
     Ok(TriangleMesh::new(vertices, soup.facets))
 }
 
-fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
+fn read(bytes: &[u8], name: &str, plates: ProjectPlates) -> Result<Soup, Located> {
     if bytes.is_empty() {
         return Err(Fault::Empty.at(FilePlace::File));
     }
@@ -86,8 +94,11 @@ fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
         Format::StlAscii => stl_ascii::read(bytes)?,
         Format::Obj => obj::read(bytes)?,
         Format::Off => off::read(bytes)?,
-        Format::ThreeMf => threemf::read(bytes)?,
+        Format::ThreeMf => threemf::read(bytes, plates)?,
     };
+    if let (ProjectPlates::Number(given), false) = (plates, format_of(bytes, name) == Some(Format::ThreeMf)) {
+        return Err(Fault::NoPlates { given }.at(FilePlace::File));
+    }
     if soup.facets.is_empty() { Err(Fault::NoFacets.at(FilePlace::File)) } else { Ok(soup) }
 }
 
@@ -189,7 +200,7 @@ mod tests {
     #[test]
     fn an_open_surface_is_read_as_it_is() {
         let text = b"OFF\n4 2 0\n0 0 0\n2 0 0\n0 2 0\n2 2 0\n3 0 1 2\n3 1 3 2\n";
-        let inch = ReadOptions { unit: Some(Unit::Inch), repair: false };
+        let inch = ReadOptions { unit: Some(Unit::Inch), repair: false, ..ReadOptions::default() };
         assert!(read_model(text, "square.off", &inch).is_err());
         let mesh = read_surface(text, "square.off", &inch).unwrap();
         assert_eq!((mesh.vertices().len(), mesh.facets().len()), (4, 2));

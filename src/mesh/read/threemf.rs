@@ -1,23 +1,39 @@
 //! 3MF: a zip archive of model files; build items and components place their objects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufReader, Cursor, Read};
 
 use zip::ZipArchive;
 
 use super::meter::Meter;
+use super::plates::ProjectPlates;
 use super::roles::{Aside, Role, Roles, Volume};
 use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
-use crate::geom::Vec3;
+use crate::geom::{Bounds, Vec3};
 use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
+use crate::mesh::{TriangleMesh, Unit};
 
 /// Where the model is when the archive's relations do not say.
 const USUAL_PATH: &str = "3D/3dmodel.model";
 /// Where slicers keep what volumes are for: PrusaSlicer; Bambu Studio and OrcaSlicer.
 const CONFIGURATIONS: [&str; 2] = ["Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"];
+/// Where they keep what is to change at some height, what is in such a file that is not empty, and what is said of it.
+const BY_HEIGHT: [(&str, &str, &str); 6] = [
+    ("Metadata/Prusa_Slicer_custom_gcode_per_print_z.xml", "<code", PAUSES),
+    ("Metadata/custom_gcode_per_layer.xml", "<layer", PAUSES),
+    ("Metadata/Prusa_Slicer_layer_config_ranges.xml", "<range", RANGES),
+    ("Metadata/layer_config_ranges.xml", "<range", RANGES),
+    ("Metadata/Slic3r_PE_layer_heights_profile.txt", "=", HEIGHTS),
+    ("Metadata/layer_heights_profile.txt", "=", HEIGHTS),
+];
+const PAUSES: &str = "pauses and filament changes at certain heights are ignored";
+const RANGES: &str = "settings for certain heights are ignored";
+const HEIGHTS: &str = "variable layer heights are ignored";
 /// Theirs have some hundred bytes for a volume.
 const LARGEST_CONFIGURATION: u64 = 16 << 20;
+/// What reaches so far below its project's table was put there, mm.
+const SUNK_MM: f64 = 0.01;
 /// Models pack five to fifty times smaller, nothing but repetitions a thousand times.
 const MAX_RATIO: u64 = 200;
 /// What any archive may unpack to, and no archive may exceed.
@@ -34,15 +50,21 @@ const PLACED_FACETS: usize = 8_000_000;
 const FACETS_PER_BYTE: usize = 40;
 
 /// Reads every build item, in order; each mesh that an item places is a body of its own.
-pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
+pub(super) fn read(bytes: &[u8], plates: ProjectPlates) -> Result<Soup, Located> {
     let mut package = Package::open(bytes)?;
     let root = package.root_path();
     let roles = package.roles()?;
-    let mut build = Build::new(package, roles).counted_first(&root)?;
+    let mut ignored = package.ignored();
+    package.load(&root)?;
+    ignored.extend(package.files[&root].without_settings(roles.known));
+    let mut build = Build::new(package, roles, plates).counted_first(&root)?;
+    build.soup.warnings.extend(ignored);
     build.counting = false;
     build.object = 0;
     build.place_all(&root)?;
+    build.below_the_table(build.package.files[&root].unit)?;
     build.soup.unit = Some(build.package.files[&root].unit);
+    build.soup.is_project = build.roles.known;
     if let (true, [first, others @ ..]) = (build.soup.facets.is_empty(), &build.soup.warnings[..]) {
         return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(FilePlace::File));
     }
@@ -81,17 +103,42 @@ impl<'a> Package<'a> {
         found.map_or_else(|| USUAL_PATH.to_owned(), |path| path.trim_start_matches('/').to_owned())
     }
 
+    /// An entry's own name: those of a package are the same in capitals.
+    fn called(&self, path: &str) -> Option<String> {
+        let mut names = self.archive.file_names().flatten();
+        names.find(|name| name.eq_ignore_ascii_case(path)).map(std::borrow::Cow::into_owned)
+    }
+
+    /// What of a project is ignored that changes how it is printed, by height.
+    fn ignored(&mut self) -> Vec<String> {
+        let mut found = Vec::new();
+        for (path, mark, words) in BY_HEIGHT {
+            let Some(Ok(entry)) = self.called(path).map(|name| self.archive.by_name(&name)) else { continue };
+            let mut text = Vec::new();
+            let read = entry.take(LARGEST_CONFIGURATION).read_to_end(&mut text);
+            let has = text.windows(mark.len()).any(|piece| piece == mark.as_bytes());
+            if read.is_ok() && has && !found.iter().any(|told| told == words) {
+                found.push(words.to_owned());
+            }
+        }
+        found
+    }
+
     /// What the project's volumes are for, where it says so.
     fn roles(&mut self) -> Result<Roles, Located> {
         let mut roles = Roles::default();
         for path in CONFIGURATIONS {
-            let Ok(entry) = self.archive.by_name(path) else { continue };
+            let Some(name) = self.called(path) else { continue };
+            let Ok(entry) = self.archive.by_name(&name) else { continue };
             let mut text = String::new();
             let (packed, allowed) = (self.packed, self.allowed);
-            entry
-                .take(LARGEST_CONFIGURATION + 1)
-                .read_to_string(&mut text)
-                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(FilePlace::File))?;
+            entry.take(LARGEST_CONFIGURATION + 1).read_to_string(&mut text).map_err(|error| {
+                let reason = match error.kind() {
+                    std::io::ErrorKind::InvalidData => format!("{path}: it is not UTF-8 text"),
+                    _ => format!("{path}: {error}"),
+                };
+                Fault::Archive { reason }.at(FilePlace::File)
+            })?;
             if text.len() as u64 > LARGEST_CONFIGURATION {
                 return Err(Fault::Unpacked { packed, allowed }.at(FilePlace::File));
             }
@@ -136,12 +183,13 @@ struct Build<'a> {
     /// Facets that may be placed.
     allowed: usize,
     roles: Roles,
+    plates: ProjectPlates,
     /// The item that is being placed, by number.
     object: u32,
 }
 
 impl<'a> Build<'a> {
-    fn new(package: Package<'a>, roles: Roles) -> Self {
+    fn new(package: Package<'a>, roles: Roles, plates: ProjectPlates) -> Self {
         let allowed = (package.packed as usize).saturating_mul(FACETS_PER_BYTE).clamp(PLACED_FACETS, MAX_FACETS);
         Self {
             package,
@@ -151,6 +199,7 @@ impl<'a> Build<'a> {
             counted: [0; 3],
             allowed,
             roles,
+            plates,
             object: 0,
         }
     }
@@ -159,16 +208,79 @@ impl<'a> Build<'a> {
     fn counted_first(mut self, root: &str) -> Result<Self, Located> {
         self.package.load(root)?;
         self.place_all(root)?;
+        let objects = &self.package.files[root].objects;
+        let has = |id: &str, part: Option<&str>| {
+            let object = objects.get(id);
+            object.is_some_and(|object| part.is_none_or(|part| object.components.iter().any(|c| c.id == part)))
+        };
+        if let Some(id) = self.roles.unknown(has) {
+            let trouble = "has a volume in the project's settings that the model does not have";
+            return Err(Fault::Object { id: id.to_owned(), trouble }.at(FilePlace::File));
+        }
         Ok(self)
     }
 
     fn place_all(&mut self, root: &str) -> Result<(), Located> {
         let items = self.package.files[root].items.clone();
-        items.iter().try_for_each(|item| {
+        let told: Vec<(&str, bool)> = items.iter().map(|item| (&*item.id, item.printed)).collect();
+        let chosen = self.roles.plates.chosen(&told, self.plates).map_err(|fault| fault.at(FilePlace::File))?;
+        if let (Some(all), true) = (chosen.all, self.counting) {
+            self.soup.warnings.push(format!("the project has {all}; all of them are read"));
+        }
+        let mut seen = BTreeSet::new();
+        let each = items.iter().zip(chosen.items.iter().zip(&chosen.lost));
+        each.filter(|(_, (chosen, lost))| **chosen || **lost).try_for_each(|(item, (_, lost))| {
             self.object += 1;
-            let role = if item.printed { Role::Part } else { Role::Aside(Aside::Unprinted) };
+            let role = if *lost {
+                Role::Aside(Aside::OffPlate)
+            } else if item.printed {
+                Role::Part
+            } else {
+                Role::Aside(Aside::Unprinted)
+            };
+            if seen.insert(&item.id) && !self.counting && role == Role::Part {
+                let name = self.package.files[root].objects.get(&item.id).and_then(|object| object.name.as_deref());
+                let called = name.or_else(|| self.roles.name(&item.id).map(String::as_str));
+                self.soup.warnings.extend(self.roles.settings(&item.id, called));
+            }
             self.place(root, item, &Transform::IDENTITY, &Volume { role, name: None })
         })
+    }
+
+    /// What a slicer's project has below its table is cut off there, as the slicer does.
+    fn below_the_table(&mut self, unit: Unit) -> Result<(), Located> {
+        if !self.roles.known {
+            return Ok(());
+        }
+        let Self { soup, .. } = self;
+        let mut objects: BTreeMap<u32, (Bounds, Option<String>)> = BTreeMap::new();
+        for (facet, label) in soup.facets.iter().zip(&soup.labels) {
+            let label = &soup.names[*label as usize];
+            if !label.away {
+                let (bounds, _) = objects.entry(label.object).or_insert_with(|| (Bounds::EMPTY, label.name.clone()));
+                facet.iter().for_each(|&v| *bounds = bounds.union(&Bounds::of([soup.vertices[v as usize]])));
+            }
+        }
+        let least = SUNK_MM / unit.millimetres();
+        for (object, (bounds, name)) in objects.into_iter().filter(|(_, (bounds, _))| bounds.min.z < -least) {
+            if bounds.max.z <= least {
+                let name = name.unwrap_or_else(|| "an object".to_owned());
+                return Err(Fault::Below { name }.at(FilePlace::File));
+            }
+            let name = Some("the table, below which its project has a part of it".to_owned());
+            soup.names.push(Label { name, body: soup.names.len() as u32, object, away: true });
+            let room = (bounds.max - bounds.min).norm();
+            let around = |corner: Vec3, by: f64| corner + Vec3::repeat(by);
+            let top = around(bounds.max, room);
+            let below = TriangleMesh::<crate::geom::Object>::cuboid(&Bounds {
+                min: around(bounds.min, -room),
+                max: Vec3::new(top.x, top.y, 0.0),
+            });
+            let first = soup.vertices.len() as u32;
+            soup.vertices.extend(below.vertices());
+            below.facets().iter().for_each(|facet| soup.push(facet.map(|v| first + v)));
+        }
+        Ok(())
     }
 
     /// Takes an object into account.
@@ -204,7 +316,7 @@ impl<'a> Build<'a> {
         let object = object.ok_or_else(|| trouble("is placed but not defined"))?;
         let transform = to.transform.then(outer);
         let name = volume.name.clone().filter(|_| volume.role != Role::Part).or_else(|| object.name.clone());
-        let name = name.or_else(|| volume.name.clone());
+        let name = name.or_else(|| volume.name.clone()).or_else(|| self.roles.name(&to.id).cloned());
         let role = if volume.role == Role::Part { object.role } else { volume.role };
         if self.counting {
             self.count(&to.id, &object)?;
@@ -226,7 +338,10 @@ impl<'a> Build<'a> {
 
     fn append(&mut self, id: &str, object: &Object, transform: &Transform, of: &Volume) -> Result<(), Located> {
         let Self { soup, roles, object: number, .. } = self;
-        let (stretches, number, away) = (roles.stretches(id), *number, of.role == Role::Negative);
+        let said = roles.stretches(id);
+        let stretches = if said.is_empty() { &object.stretches[..] } else { said };
+        let (number, away) = (*number, of.role == Role::Negative);
+        soup.warnings.extend(object.painted.told(of.name.as_deref()));
         let label = |soup: &Soup, name: Option<String>, away: bool| Label {
             name,
             body: soup.names.len() as u32,
@@ -244,22 +359,27 @@ impl<'a> Build<'a> {
         }
         // A mirrored solid would face inward.
         let turned = |[a, b, c]: [u32; 3]| if transform.mirrors() { [a, c, b] } else { [a, b, c] };
-        let placed = |facet: [u32; 3]| turned(facet).map(|v| first + v);
-        let mut is_part = vec![true; object.mesh.1.len()];
-        for (stretch, _) in stretches {
-            is_part.iter_mut().take(stretch.end).skip(stretch.start).for_each(|part| *part = false);
+        let placed = |facet: &[u32; 3]| turned(*facet).map(|v| first + v);
+        let facets = &object.mesh.1;
+        if stretches.iter().any(|(stretch, _)| stretch.end > facets.len()) {
+            let trouble = "has a volume in the project's settings with triangles that its mesh does not have";
+            return Err(Fault::Object { id: id.to_owned(), trouble }.at(FilePlace::File));
         }
-        let parts = object.mesh.1.iter().zip(&is_part).filter(|(_, part)| **part);
-        parts.for_each(|(facet, _)| soup.push(placed(*facet)));
+        let mut free = vec![true; facets.len()];
+        stretches.iter().for_each(|(stretch, _)| free[stretch.clone()].fill(false));
+        facets.iter().zip(&free).filter(|(_, free)| **free).for_each(|(facet, _)| soup.push(placed(facet)));
+        let alone = stretches.iter().filter(|(_, volume)| volume.role == Role::Part).count() == 1;
         for (stretch, volume) in stretches {
-            let name = volume.name.clone().or_else(|| of.name.clone());
-            let Role::Aside(aside) = volume.role else {
-                soup.names.push(label(soup, name, true));
-                let facets = object.mesh.1.iter().take(stretch.end).skip(stretch.start);
-                facets.for_each(|facet| soup.push(placed(*facet)));
-                continue;
-            };
-            soup.warnings.push(aside.told(name.as_deref()));
+            // An object of one part is called as the object.
+            let of_object = of.name.clone().filter(|_| alone && volume.role == Role::Part);
+            let name = of_object.or_else(|| volume.name.clone()).or_else(|| of.name.clone());
+            match volume.role {
+                Role::Aside(aside) => soup.warnings.push(aside.told(name.as_deref())),
+                role => {
+                    soup.names.push(label(soup, name, away || role == Role::Negative));
+                    facets[stretch.clone()].iter().for_each(|facet| soup.push(placed(facet)));
+                }
+            }
         }
         Ok(())
     }
@@ -268,7 +388,7 @@ impl<'a> Build<'a> {
 #[cfg(test)]
 mod tests {
     use super::threemf_xml::MAX_NAMED;
-    use super::{MAX_BODIES, read};
+    use super::{MAX_BODIES, ProjectPlates};
     use crate::geom::{Bounds, Vec3};
     use crate::mesh::Unit;
     use crate::mesh::error::Fault;
@@ -280,6 +400,10 @@ mod tests {
         <vertex x="0" y="2" z="0"/><vertex x="0" y="0" z="3"/></vertices><triangles>
         <triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/>
         <triangle v1="0" v2="3" v3="2"/><triangle v1="1" v2="2" v3="3"/></triangles></mesh>"#;
+
+    fn read_all(bytes: &[u8]) -> Result<Soup, super::Located> {
+        super::read(bytes, ProjectPlates::All)
+    }
 
     fn model(objects: &str, build: &str) -> Vec<u8> {
         let text = format!(
@@ -303,7 +427,7 @@ mod tests {
         );
         // A quarter turn about +Z takes x to y: the rows of a 3MF matrix are the images of the axes.
         let build = r#"<item objectid="3" transform="0 1 0 -1 0 0 0 0 1 0 0 100"/><item objectid="1"/>"#;
-        let soup = read(&model(&objects, build)).unwrap();
+        let soup = read_all(&model(&objects, build)).unwrap();
         assert_eq!(soup.unit, Some(Unit::Inch));
         assert_eq!(soup.facets.len(), 12);
         let one = box_of(&soup, 0..4);
@@ -318,7 +442,7 @@ mod tests {
     #[test]
     fn a_mirrored_item_still_faces_outward() {
         let objects = format!(r#"<object id="1">{MESH}</object>"#);
-        let soup = read(&model(&objects, r#"<item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#)).unwrap();
+        let soup = read_all(&model(&objects, r#"<item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#)).unwrap();
         let volume: f64 = soup
             .facets
             .iter()
@@ -334,9 +458,9 @@ mod tests {
     fn references_that_lead_nowhere_or_in_a_circle_are_refused() {
         let circle = r#"<object id="1"><components><component objectid="2"/></components></object>
             <object id="2"><components><component objectid="1"/></components></object>"#;
-        let error = read(&model(circle, r#"<item objectid="1"/>"#)).unwrap_err();
+        let error = read_all(&model(circle, r#"<item objectid="1"/>"#)).unwrap_err();
         assert_eq!(error.fault, Fault::Object { id: "1".to_owned(), trouble: "is a component of itself" });
-        let error = read(&model("", r#"<item objectid="7"/>"#)).unwrap_err();
+        let error = read_all(&model("", r#"<item objectid="7"/>"#)).unwrap_err();
         assert_eq!(error.fault, Fault::Object { id: "7".to_owned(), trouble: "is placed but not defined" });
     }
 
@@ -344,7 +468,7 @@ mod tests {
     fn bad_numbers_and_bad_archives_are_refused() {
         let objects = |from: &str, to: &str| format!(r#"<object id="1">{}</object>"#, MESH.replacen(from, to, 1));
         let fails =
-            |from: &str, to: &str| read(&model(&objects(from, to), r#"<item objectid="1"/>"#)).unwrap_err().fault;
+            |from: &str, to: &str| read_all(&model(&objects(from, to), r#"<item objectid="1"/>"#)).unwrap_err().fault;
         assert_eq!(fails("v3=\"1\"", "v3=\"4\""), Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
         assert!(matches!(fails("x=\"1\"", "x=\"NaN\""), Fault::NotFinite { .. }));
         assert_eq!(fails("x=\"1\"", "x=\"1e8\""), Fault::TooLarge { value: 1e8 });
@@ -356,9 +480,9 @@ mod tests {
             MESH.replace("v3=\"1\"", "v3=\"4\"")
         );
         let cut = zipped(&[("3D/3dmodel.model", cut.as_bytes())]);
-        assert_eq!(read(&cut).unwrap_err().fault, Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
-        assert!(matches!(read(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
-        assert!(matches!(read(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
+        assert_eq!(read_all(&cut).unwrap_err().fault, Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
+        assert!(matches!(read_all(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
+        assert!(matches!(read_all(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
     }
 
     #[test]
@@ -368,13 +492,13 @@ mod tests {
             let objects = format!(r#"<object id="1">{MESH}</object>{pad}"#);
             model(&objects, r#"<item objectid="1"/>"#)
         };
-        assert_eq!(read(&padded(63, "<x/>")).unwrap().facets.len(), 4);
+        assert_eq!(read_all(&padded(63, "<x/>")).unwrap().facets.len(), 4);
         let bomb = padded(65, "<x/>");
         let fault = Fault::Unpacked { packed: bomb.len() as u64, allowed: 64 << 20 };
         assert!(bomb.len() < 1 << 20, "{} bytes", bomb.len());
         assert!(fault.to_string().contains(" 64 MiB"), "{fault}");
-        assert_eq!(read(&bomb).unwrap_err().fault, fault);
-        assert!(matches!(read(&padded(20, "")).unwrap_err().fault, Fault::Unpacked { .. }), "one text of 20 MiB");
+        assert_eq!(read_all(&bomb).unwrap_err().fault, fault);
+        assert!(matches!(read_all(&padded(20, "")).unwrap_err().fault, Fault::Unpacked { .. }), "one text of 20 MiB");
         // Two files of half the size each are as large together.
         let rels = |to: &str| format!(r#"<component p:path="/{to}.model" objectid="1"/>"#);
         let root = format!(
@@ -387,13 +511,13 @@ mod tests {
         let half = format!(r#"<model><resources><object id="1">{MESH}</object>{pad}</resources></model>"#);
         let two = [("3D/3dmodel.model", root.as_str()), ("a.model", &half), ("b.model", &half)];
         let two = zipped(&two.map(|(name, text)| (name, text.as_bytes())));
-        assert!(matches!(read(&two).unwrap_err().fault, Fault::Unpacked { .. }));
+        assert!(matches!(read_all(&two).unwrap_err().fault, Fault::Unpacked { .. }));
     }
 
     #[test]
     fn tags_that_each_take_much_room_are_counted() {
         let many = r#"<item objectid="1"/>"#.repeat(MAX_NAMED + 1);
-        assert_eq!(read(&model("", &many)).unwrap_err().fault, Fault::TooManyObjects { limit: MAX_NAMED });
+        assert_eq!(read_all(&model("", &many)).unwrap_err().fault, Fault::TooManyObjects { limit: MAX_NAMED });
     }
 
     /// A few hundred bytes that place thousands of objects in one another, each of which would be held against all others.
@@ -408,9 +532,9 @@ mod tests {
             }
             model(&objects, &format!(r#"<item objectid="{}"/>"#, levels + 1))
         };
-        assert_eq!(read(&doubled(9)).unwrap().facets.len(), 4 << 9);
+        assert_eq!(read_all(&doubled(9)).unwrap().facets.len(), 4 << 9);
         for levels in [12, 16, 31] {
-            let fault = read(&doubled(levels)).unwrap_err().fault;
+            let fault = read_all(&doubled(levels)).unwrap_err().fault;
             assert_eq!(fault, Fault::TooManyBodies { limit: MAX_BODIES });
         }
     }
@@ -428,7 +552,8 @@ mod tests {
         let placed = |facets: usize, times: usize| {
             let file = model(&fan(facets), &r#"<item objectid="1"/>"#.repeat(times));
             let package = super::Package::open(&file).unwrap();
-            let made = super::Build::new(package, super::Roles::default()).counted_first("3D/3dmodel.model");
+            let made = super::Build::new(package, super::Roles::default(), ProjectPlates::All)
+                .counted_first("3D/3dmodel.model");
             (made.map(|made| (made.soup.facets.len(), made.counted)), file.len())
         };
         for (facets, times) in [(10, 1), (10, 4900), (1000, 100)] {
@@ -446,7 +571,7 @@ mod tests {
     #[test]
     fn characters_that_xml_forbids_are_refused() {
         let named = |name: &str| {
-            read(&model(&format!(r#"<object id="1" name="{name}">{MESH}</object>"#), r#"<item objectid="1"/>"#))
+            read_all(&model(&format!(r#"<object id="1" name="{name}">{MESH}</object>"#), r#"<item objectid="1"/>"#))
         };
         for good in ["corner &#38; leg", "&#x41;&#9;&#x1f600;", "é"] {
             assert!(named(good).is_ok(), "{good}");
@@ -467,7 +592,7 @@ mod tests {
             let text = format!(
                 r#"<model {attributes}><resources>{objects}</resources><build><item objectid="1"/></build></model>"#
             );
-            read(&zipped(&[("3D/3dmodel.model", text.as_bytes())])).map(|soup| soup.facets.len())
+            read_all(&zipped(&[("3D/3dmodel.model", text.as_bytes())])).map(|soup| soup.facets.len())
         };
         let space = |name: &str| format!("http://schemas.microsoft.com/3dmanufacturing/{name}");
         let needs =
@@ -501,7 +626,7 @@ mod tests {
             ("m/root.model", root.as_bytes()),
             ("m/parts.model", parts.as_bytes()),
         ]);
-        let soup = read(&bytes).unwrap();
+        let soup = read_all(&bytes).unwrap();
         assert_eq!(soup.facets.len(), 4);
         assert_eq!(soup.unit, Some(Unit::Millimetre), "the default of the format");
     }

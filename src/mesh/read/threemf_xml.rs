@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
+use std::ops::Range;
 use std::rc::Rc;
 
 use quick_xml::events::{BytesStart, Event};
@@ -9,7 +10,7 @@ use quick_xml::reader::Reader;
 
 use super::attributes::attribute;
 use super::meter::Meter;
-use super::roles::{self, Role};
+use super::roles::{self, Painted, Role, Volume};
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::Unit;
 use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
@@ -68,6 +69,9 @@ pub(super) struct Object {
     pub(super) mesh: (Vec<Vec3>, Vec<[u32; 3]>),
     pub(super) components: Vec<Reference>,
     pub(super) role: Role,
+    pub(super) painted: Painted,
+    /// Volumes by their triangles, as Slic3r 1.3 notes them in the mesh itself.
+    pub(super) stretches: Vec<(Range<usize>, Volume)>,
 }
 
 impl Object {
@@ -97,6 +101,9 @@ pub(super) struct ModelFile {
     setting: Option<Role>,
     /// Objects, items and components so far.
     named: usize,
+    /// The program that made it, where it says so; and whether the metadata in hand does.
+    pub(super) application: Option<String>,
+    names_program: bool,
 }
 
 /// Parses the model file `path` from its unpacked text.
@@ -169,7 +176,20 @@ impl ModelFile {
                 let role = roles::of_type(attribute(tag, "type")?.as_deref())?;
                 self.objects.insert(self.current.clone(), Rc::new(Object { name, role, ..Object::default() }));
             }
-            "metadata" => self.setting = attribute(tag, "name")?.and_then(|name| roles::of_setting(&name)),
+            "metadata" => {
+                let name = attribute(tag, "name")?;
+                self.names_program = name.as_deref() == Some("Application");
+                self.setting = name.and_then(|name| roles::of_setting(&name));
+            }
+            // Cura before metadata had groups; libSavitar reads both.
+            "setting" => {
+                self.setting = attribute(tag, "key")?.and_then(|key| roles::of_setting(&format!("cura:{key}")));
+            }
+            "volume" => {
+                if let Some(stretch) = roles::of_volume(tag)? {
+                    self.object("volume")?.stretches.push(stretch);
+                }
+            }
             "item" => self.items.push(reference(tag)?),
             "vertex" => {
                 let at = vertex(tag)?;
@@ -177,7 +197,9 @@ impl ModelFile {
             }
             "triangle" => {
                 let facet = triangle(tag)?;
-                self.object("triangle")?.mesh.1.push(facet);
+                let object = self.object("triangle")?;
+                object.mesh.1.push(facet);
+                object.painted.add(tag)?;
             }
             "component" => {
                 let component = reference(tag)?;
@@ -188,8 +210,19 @@ impl ModelFile {
         Ok(())
     }
 
+    /// That a project has lost what says what its volumes are for.
+    pub(super) fn without_settings(&self, known: bool) -> Option<String> {
+        let program = self.application.as_deref().filter(|_| !known)?;
+        let keeps = ["BambuStudio", "OrcaSlicer"].iter().any(|name| program.starts_with(name));
+        keeps
+            .then(|| format!("the project of {program} does not say what its volumes are for; all of them are printed"))
+    }
+
     /// What metadata says of the object around it.
     fn set(&mut self, text: &str) {
+        if std::mem::take(&mut self.names_program) {
+            self.application = Some(text.chars().take(80).collect());
+        }
         let is_true = text.trim().eq_ignore_ascii_case("true");
         if let (Some(role), true, Ok(object)) = (self.setting.take(), is_true, self.object("metadata")) {
             object.role = role;

@@ -176,7 +176,8 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     assert!(matches!(error.fault, Fault::Open { edges: 3, .. }), "{error}");
     let text = error.to_string();
     assert!(text.starts_with("x.stl: part 1: ") && text.ends_with("--no-repair"), "{text}");
-    let mended = read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true }).unwrap();
+    let mended =
+        read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true, ..ReadOptions::default() }).unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
     let [warning] = &mended.warnings[..] else { panic!("{:?}", mended.warnings) };
     assert!(["repair: 1 ", "holes", "1 facets"].iter().all(|fact| warning.contains(fact)), "{warning}");
@@ -188,7 +189,7 @@ fn a_cube_with_a_facet_turned_over_is_refused_and_mended() {
     facets[0].swap(0, 1);
     let twisted = Mesh::new(cube([0.0; 3], 2.0, false).vertices().to_vec(), facets);
     assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
-    let repair = ReadOptions { unit: None, repair: true };
+    let repair = ReadOptions { unit: None, repair: true, ..ReadOptions::default() };
     let mended = read_model(&stl_binary(&twisted), "x.stl", &repair).unwrap();
     assert_volumes(&mended, &[8.0]);
 }

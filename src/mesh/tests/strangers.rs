@@ -33,7 +33,7 @@ fn meshes_of_others_are_read_or_refused_but_never_panic() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let start = Instant::now();
         for repair in [false, true] {
-            match read_model(&bytes, &name, &ReadOptions { unit: None, repair }) {
+            match read_model(&bytes, &name, &ReadOptions { unit: None, repair, ..ReadOptions::default() }) {
                 Ok(model) => {
                     let volumes: Vec<f64> = model.parts.iter().map(|part| part.mesh.volume()).collect();
                     assert!(volumes.iter().all(|&volume| volume > 0.0));
@@ -100,7 +100,7 @@ fn damaged_files_are_refused_or_read_but_never_panic() {
             bytes = zipped(&[("3D/3dmodel.model", &bytes)]);
         }
         for name in ["x.stl", "x.obj", "x.off", "x.3mf"] {
-            let repair = ReadOptions { unit: None, repair: true };
+            let repair = ReadOptions { unit: None, repair: true, ..ReadOptions::default() };
             let done = if noise.below(2) == 0 { read(&bytes, name) } else { read_model(&bytes, name, &repair) };
             (if done.is_ok() { &mut fine } else { &mut bad })[kind] += 1;
         }

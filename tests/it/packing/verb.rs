@@ -43,7 +43,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// The plates of a folder as they are read back: what is in them, part by part.
 fn read(path: &Path) -> Vec<TriangleMesh> {
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     let model = read_model(&std::fs::read(path).unwrap(), "plate.3mf", &options).unwrap();
     model.parts.into_iter().map(|part| part.mesh).collect()
 }

@@ -46,7 +46,7 @@ fn trimesh_has_the_same_first_layers() {
         let name = file.file_name().unwrap().to_str().unwrap();
         assert!(output.status.success(), "{name}");
         let seen: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
         let facets = Facets::of(&read_surface(&std::fs::read(&file).unwrap(), name, &options).unwrap());
         let mass = facets.mass();
         let near = |ours: f64, theirs: &serde_json::Value, size: f64, what: &str| {

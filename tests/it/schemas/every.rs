@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 41] = [
+const CALLS: [(i32, &str); 42] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -37,6 +37,7 @@ const CALLS: [(i32, &str); 41] = [
     (0, "prepare tee.stl -m generic-ac --slicer builtin -o tee.gcode --way cut"),
     (0, "prepare ding.stl -m generic-ac --slicer builtin -o ding.gcode"),
     (0, "prepare tee.stl hook.stl -m generic-ac --slicer builtin -o two.gcode"),
+    (0, "prepare cube.stl*5 -m open5x-prusa --slicer builtin --plates plates"),
     (0, "prepare tee.stl -m generic-ac --slicer builtin -o held.gcode --plan-out held.json --way supports"),
     (1, "prepare cube.stl -m cool.toml --slicer builtin -o none.gcode"),
     (1, "prepare cube.stl -m generic-ac --slicer builtin -o none.gcode --way cut"),

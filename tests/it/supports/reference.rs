@@ -39,7 +39,12 @@ pub(super) fn folder() -> Option<PathBuf> {
 
 pub(super) fn meshes(name: &str) -> Option<Vec<TriangleMesh<Slot>>> {
     let bytes = std::fs::read(folder()?.join(format!("{name}.stl"))).unwrap();
-    let model = read_model(&bytes, name, &ReadOptions { unit: Some(Unit::Millimetre), repair: false }).unwrap();
+    let model = read_model(
+        &bytes,
+        name,
+        &ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() },
+    )
+    .unwrap();
     let slot = |mesh: &TriangleMesh| TriangleMesh::new(mesh.vertices().to_vec(), mesh.facets().to_vec());
     Some(model.parts.iter().map(|part| slot(&part.mesh)).collect())
 }

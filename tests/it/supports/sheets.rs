@@ -130,7 +130,7 @@ fn supported(meshes: &[TriangleMesh<Slot>], more: &[&str], folder: &Path) -> (Tr
     let words = ["--unit", "mm", "--keep-z", "--json", "-o"];
     let run = trunnion().arg("support").arg(&model).args(words).arg(&out).args(more).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     let read = read_model(&std::fs::read(&out).unwrap(), "supports.stl", &options).unwrap();
     let (mut vertices, mut facets) = (Vec::new(), Vec::new());
     for part in &read.parts {

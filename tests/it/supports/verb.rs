@@ -95,7 +95,7 @@ fn files_are_the_same_each_time_and_hold_what_is_said() {
         assert!(read("a") == read("b"), "{ending}");
     }
     assert!(std::fs::read(at("a.png")).unwrap().starts_with(b"\x89PNG"));
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     let supports = read_model(&std::fs::read(at("a.stl")).unwrap(), "a.stl", &options).unwrap();
     let volume: f64 = supports.parts.iter().map(|part| part.mesh.volume()).sum();
     let said = done["volume_mm3"].as_f64().unwrap();
@@ -119,7 +119,7 @@ fn a_roof_and_struts_are_told_and_written() {
     assert!(stiff["struts"].as_u64() > Some(3) && stiff["roof_bars"].as_u64() > Some(50), "{stiff}");
     assert!(plain["longest_free_mm"].as_f64() > Some(8.6) && stiff["longest_free_mm"].as_f64() <= Some(8.7), "{stiff}");
     assert!(more("volume_mm3") > 0.0 && more("contact_mm2") > 0.0 && more("cost") == 0.0, "{stiff}");
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
     let read = read_model(&std::fs::read(&supports).unwrap(), "supports.stl", &options).unwrap();
     assert!(read.parts.len() as u64 > stiff["roof_bars"].as_u64().unwrap());
 }

@@ -21,7 +21,7 @@ pub(super) fn mesh(data: &[u8]) {
     let bytes = if how < XML { Cow::Borrowed(bytes) } else { Cow::Owned(packed(bytes)) };
     let (how, bytes) = (usize::from(how), &*bytes);
     let name = NAMES[how % NAMES.len()];
-    let options = ReadOptions { unit: UNITS[how / 5 % 3], repair: how / 15 % 2 == 1 };
+    let options = ReadOptions { unit: UNITS[how / 5 % 3], repair: how / 15 % 2 == 1, ..ReadOptions::default() };
     match read_surface(bytes, name, &options) {
         Ok(surface) => whole(&surface),
         Err(error) => assert!(error.to_string().contains(name), "{error}"),
