@@ -1,5 +1,7 @@
 //! A project's model as its slicer prints it: volumes of one object that overlap are one solid, and what is negative is cut away. Lengths mm, volumes mm³.
 
+use std::collections::BTreeSet;
+
 use super::{FitError, overlap_of, solid};
 use crate::geom::{Object, Sets};
 use crate::mesh::{Away, DrawnModel, Model, TriangleMesh};
@@ -28,6 +30,8 @@ pub fn as_printed(drawn: DrawnModel) -> Result<Model, FitError> {
     for one in &away {
         cut(one, &model, &mut parts, &mut told)?;
     }
+    let mut once = BTreeSet::new();
+    told.retain(|text| once.insert(text.clone()));
     let parts: Pieces = parts.into_iter().flatten().collect();
     if parts.is_empty() {
         let away = away.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -35,6 +39,7 @@ pub fn as_printed(drawn: DrawnModel) -> Result<Model, FitError> {
     }
     let mut cut = Model::from_parts(parts);
     cut.unit = model.unit;
+    cut.others.clone_from(&model.others);
     // What overlapped is one by now.
     let united = |text: &&String| objects.is_empty() || !crate::mesh::is_overlap(text);
     let before = model.warnings_in_any_pose().filter(united).cloned();

@@ -27,6 +27,7 @@ pub fn inspected(model: &Model) -> Value {
         "on_table": model.on_table,
         "floating": model.floating(),
         "apart": apart(model).iter().map(|(part, (other, mm))| json!({"part": part, "nearest": other, "mm": mm})).collect::<Vec<_>>(),
+        "others": model.others.iter().map(|other| json!({"name": other.name, "role": other.role})).collect::<Vec<_>>(),
         "warnings": model.warnings,
     })
 }

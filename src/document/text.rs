@@ -68,6 +68,13 @@ pub fn inspected(model: &Model) -> String {
         let _ = writeln!(out, "{:4} {:7} {volume:11.1} {area:10.1}  {size:23} {}", p.id, p.mesh.facets().len(), p.name);
     }
     let _ = writeln!(out, "\non the table: {}", list(&model.on_table));
+    if !model.others.is_empty() {
+        let each = model
+            .others
+            .iter()
+            .map(|other| format!("{} ({})", if other.name.is_empty() { "a volume" } else { &other.name }, other.role));
+        let _ = writeln!(out, "not printed: {}", each.collect::<Vec<_>>().join(", "));
+    }
     for i in &model.interfaces {
         let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
     }

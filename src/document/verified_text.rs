@@ -40,15 +40,19 @@ pub fn verified(report: &Report) -> String {
     out
 }
 
+/// Lines nearer to each other than this may fuse, mm: half of the narrowest gap that makers of joints that are printed in place recommend.
+const FUSING_MM: f64 = 0.1;
+
 /// Parts that never touch, and how near their lines come, in a sentence.
 pub(super) fn joints(report: &Report) -> Option<String> {
     let JointRoom { parts: [a, b], gap_mm, line, .. } = report.joints.first()?;
-    let fused = if *gap_mm <= 0.0 { "; they fuse there" } else { "" };
-    let more = match report.joints.len() {
-        1 => String::new(),
-        pairs => format!(", the narrowest of {pairs} pairs that never touch"),
+    let fused = match gap_mm {
+        gap if *gap <= 0.0 => "; they fuse there",
+        gap if *gap < FUSING_MM => "; they may fuse there",
+        _ => "",
     };
-    Some(format!("parts {a} and {b}{more}: {gap_mm:.2} mm between their lines (line {line}){fused}"))
+    let joints = counted(report.joints.len(), "joint");
+    Some(format!("{joints}, least gap {gap_mm:.2} mm between the lines of parts {a} and {b} (line {line}){fused}"))
 }
 
 /// The surface of two parts that is filled least, in a sentence.

@@ -68,6 +68,7 @@ pub use model::{Away, DrawnModel, Model, Part, TABLE_GAP_MM};
 pub use neighbours::Neighbours;
 pub use pieces::{ConvexPiece, pieces};
 pub use read::{ProjectPlates, ReadOptions, read_model, read_project, read_surface};
+pub use soup::OtherVolume;
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{INCHES_BELOW, METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
 pub(crate) use weld::first_of_equals;

@@ -7,7 +7,7 @@ use hashbrown::{HashMap, HashSet};
 use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
-use super::soup::Soup;
+use super::soup::{OtherVolume, Soup};
 use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts, winding};
 use crate::geom::{Bounds, Object, Vec3};
 use crate::spelling::{part_named, unnamed};
@@ -45,6 +45,8 @@ pub struct Model {
     pub warnings: Vec<String>,
     /// The box around all parts, mm.
     pub bounds: Bounds,
+    /// Volumes of the file that are not printed.
+    pub others: Vec<OtherVolume>,
 }
 
 /// A closed volume that is to be cut away from parts.
@@ -80,7 +82,7 @@ impl Model {
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
         let interfaces = interfaces(&parts);
         let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));
-        let mut model = Self { parts, interfaces, on_table: Vec::new(), unit, warnings, bounds };
+        let mut model = Self { parts, interfaces, on_table: Vec::new(), unit, warnings, bounds, others: Vec::new() };
         model.find_table();
         model
     }
@@ -115,6 +117,7 @@ impl Model {
             parts: of(label(surface).object),
         });
         let away: Vec<Away> = away.collect();
+        model.others = std::mem::take(&mut soup.others);
         let mut objects: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (id, surface) in surfaces.iter().enumerate().filter(|_| soup.is_project) {
             objects.entry(label(surface).object).or_default().push(id);

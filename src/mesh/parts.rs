@@ -97,21 +97,53 @@ fn measure(vertices: &[Vec3], surface: Surface) -> Result<Shell, Fault> {
     Ok(Shell { surface, volume, bounds })
 }
 
-/// Joins cavities to the shells around them: a shell inside an odd number of others is a cavity of the smallest.
+/// What is just inside of a shell.
+#[derive(Clone, Copy, Default)]
+struct Inside {
+    /// How often shells wind around it: more outward than inward; 0 where nothing is.
+    times: usize,
+    /// The shell of the part whose material that is.
+    part: Option<usize>,
+    /// Whether what lies in it is flipped with it.
+    inverted: bool,
+}
+
+/// Joins cavities to the shells around them, by what slicers fill: all around which shells wind more often outward than inward.
+///
+/// What faces outward within material bounds none, and is dropped. An outermost shell that faces inward is flipped with all that lies in it, and so
+/// is what faces inward within a cavity. Each is told by its first facet.
 fn nest(vertices: &[Vec3], mut shells: Vec<Shell>, warnings: &mut Vec<String>) -> Vec<Surface> {
     let (around, _) = around(vertices, &shells);
-    for (shell, around) in shells.iter_mut().zip(&around) {
-        let cavity = around.count % 2 == 1;
-        if cavity == (shell.volume > 0.0) {
-            let (what, which) = if cavity { ("cavity", "into its material") } else { ("part", "inward") };
-            let first = shell.surface.source[0];
+    let mut outer_first: Vec<usize> = (0..shells.len()).collect();
+    outer_first.sort_by_key(|&shell| (around[shell].count, shell));
+    let mut homes: Vec<Option<usize>> = vec![None; shells.len()];
+    let mut just_inside = vec![Inside::default(); shells.len()];
+    for own in outer_first {
+        let outside = around[own].smallest.map_or(Inside::default(), |least| just_inside[least]);
+        let shell = &mut shells[own];
+        let first = shell.surface.source[0];
+        // Where nothing is, whatever comes next is a part.
+        let inverted = if outside.times == 0 { shell.volume < 0.0 } else { outside.inverted };
+        let outward = (shell.volume > 0.0) != inverted;
+        let times = if outward { outside.times + 1 } else { outside.times - 1 };
+        if inverted {
+            let what = if outward { "part" } else { "cavity" };
+            let which = if shell.volume > 0.0 { "into its material" } else { "inward" };
             warnings.push(format!("the {what} that begins at facet {first} faces {which}: flipped"));
             shell.surface.turn_over();
         }
+        let part = if outside.times == 0 { Some(own) } else { outside.part };
+        just_inside[own] = Inside { times, part: part.filter(|_| times > 0), inverted };
+        if outside.times == 0 || times == 0 {
+            homes[own] = part;
+        } else {
+            let facets = counted(shell.surface.facets.len(), "facet");
+            warnings.push(format!("the surface that begins at facet {first} lies within material: removed ({facets})"));
+        }
     }
     let mut parts: Vec<Option<Surface>> = vec![None; shells.len()];
-    for (index, shell) in shells.into_iter().enumerate() {
-        let home = around[index].smallest.filter(|_| around[index].count % 2 == 1).unwrap_or(index);
+    for (shell, home) in shells.into_iter().zip(homes) {
+        let Some(home) = home else { continue };
         let part = parts[home].get_or_insert_with(Surface::default);
         part.facets.extend(shell.surface.facets);
         part.source.extend(shell.surface.source);

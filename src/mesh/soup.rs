@@ -20,6 +20,15 @@ pub(super) struct Label {
     pub(super) away: bool,
 }
 
+/// A volume of a file that is not printed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OtherVolume {
+    /// The file's name for it; empty where it has none.
+    pub name: String,
+    /// What it is for: `negative`, `modifier`, `blocker`, `enforcer`, `support`, `other`, `unprinted`, `off-plate`.
+    pub role: &'static str,
+}
+
 /// Facets in file order with their labels; vertices may repeat.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Soup {
@@ -35,6 +44,8 @@ pub(super) struct Soup {
     pub(super) unit: Option<Unit>,
     /// What was passed over while reading.
     pub(super) warnings: Vec<String>,
+    /// Volumes that are not printed.
+    pub(super) others: Vec<OtherVolume>,
     /// Whether it is a slicer's project: what is of one object is one solid where it overlaps.
     pub(super) is_project: bool,
 }

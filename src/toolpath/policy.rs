@@ -65,10 +65,13 @@ pub(super) fn keeps_comment(comment: &[u8]) -> bool {
     crate::gcode::marks::mark(comment).is_none() && !FALSE_COMMENTS.iter().any(|c| comment.starts_with(c))
 }
 
-/// Whether a line has a picture taken for a film of the print (Moonraker's time-lapse): with parking it drives the head away.
+/// Macros of Moonraker's time-lapse that slicers write: with parking they drive the head away.
+const PICTURES: [&str; 4] = ["TIMELAPSE_TAKE_FRAME", "_TIMELAPSE_NEW_FRAME", "HYPERLAPSE", "TIMELAPSE_RENDER"];
+
+/// Whether a line has a picture taken for a film of the print, or ends the film.
 pub(super) fn takes_a_picture(parsed: &ParsedLine) -> bool {
     let name = parsed.text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
-    parsed.kind == LineKind::Macro && name.eq_ignore_ascii_case(b"TIMELAPSE_TAKE_FRAME")
+    parsed.kind == LineKind::Macro && PICTURES.iter().any(|macro_name| name.eq_ignore_ascii_case(macro_name.as_bytes()))
 }
 
 /// What becomes of a line with this effect; `allowed` where the profile names its command in `[dialect] allow`.

@@ -245,6 +245,9 @@ impl<'a> Reader<'a> {
             self.print.pictures = true;
             return Ok(());
         }
+        if let Some(letter) = twice(parsed) {
+            return Err(SlicedError::Twice { file: self.file(), line, letter });
+        }
         let step = self.place.controller.step(parsed).map_err(source)?;
         if self.pending.last().is_none_or(|p| p.comment) && self.print.layers.is_empty() {
             // Marks the end of the file's head even where the line itself leaves nothing behind.
@@ -584,6 +587,21 @@ impl<'a> Reader<'a> {
 impl Pending {
     /// A line that leaves nothing behind.
     const NOTHING: Self = Self { span: 0..0, line: 0, kept: false, suspect: false, comment: false, state: false };
+}
+
+/// A letter that a move has twice.
+fn twice(parsed: &ParsedLine) -> Option<char> {
+    let [command] = parsed.commands[..] else { return None };
+    if !matches!((command.letter, command.number), (b'G', 0..=3 | 92)) {
+        return None;
+    }
+    let mut seen = 0_u32;
+    parsed.words.iter().find_map(|word| {
+        let bit = 1 << (word.letter.to_ascii_uppercase().wrapping_sub(b'A') & 31);
+        let again = seen & bit != 0;
+        seen |= bit;
+        again.then_some(char::from(word.letter))
+    })
 }
 
 #[cfg(test)]

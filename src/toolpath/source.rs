@@ -55,6 +55,18 @@ pub enum SlicedError {
         /// What is wrong.
         source: ReplayError,
     },
+    /// A word that is there twice, as in a number with an exponent.
+    #[error(
+        "{file}:{line}: a move with two {letter} words, which firmwares read differently (E9e-05 is E9 and E-05); write numbers without exponents"
+    )]
+    Twice {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// The letter.
+        letter: char,
+    },
     /// A command whose effect at a tilt is unknown.
     #[error("{file}:{line}: {text:?} cannot be rewritten safely; remove it from the slicer's custom G-code")]
     Command {
@@ -181,6 +193,7 @@ impl SlicedError {
             }
             Self::Replay { file, line, .. }
             | Self::Command { file, line, .. }
+            | Self::Twice { file, line, .. }
             | Self::UnknownPosition { file, line }
             | Self::Interleaved { file, line, .. }
             | Self::Extra { file, line, .. }

@@ -90,7 +90,7 @@ pub const RULES: [RuleStatement; 23] = [
     rule(
         Rule::Filament,
         "The filament extruded is the filament sliced.",
-        &[limit("print_mm", tally::FILAMENT_SLACK_MM)],
+        &[limit("print_mm", tally::FILAMENT_SLACK_MM), limit("print_share", tally::FILAMENT_SLACK_SHARE)],
     ),
     rule(
         Rule::Flow,

@@ -12,6 +12,8 @@ const FEW_MM: f64 = 3.0;
 /// What the sums may differ by, mm: the last digits of both, since the writer carries the remainder of its roundings on
 /// from move to move. The shortest line a slicer writes takes about as much, so a line lost or doubled is seen.
 pub(super) const FILAMENT_SLACK_MM: f64 = 1e-3;
+/// And as a part of the print's filament: of hundreds of metres the numbers of moves have too few digits for sums to the micron.
+pub(super) const FILAMENT_SLACK_SHARE: f64 = 1e-7;
 
 /// The part of the profile's retraction that must be there while the table turns.
 pub(super) const LEAST_PULLED: f64 = 0.5;
@@ -200,10 +202,11 @@ impl Tally {
                 });
                 continue;
             };
-            if (laid.filament - expected).abs() > FILAMENT_SLACK_MM {
+            let slack_mm = FILAMENT_SLACK_MM + FILAMENT_SLACK_SHARE * expected;
+            if (laid.filament - expected).abs() > slack_mm {
                 findings.add(Rule::Filament, at, [laid.filament, expected], || {
                     let filament = laid.filament;
-                    format!("print {index} extrudes {filament:.3} mm of filament, but the header states {expected:.3} mm (tolerance {FILAMENT_SLACK_MM} mm)")
+                    format!("print {index} extrudes {filament:.3} mm of filament, but the header states {expected:.3} mm (tolerance {slack_mm:.3} mm)")
                 });
             }
         }

@@ -207,8 +207,10 @@ fn what_is_printed_is_what_the_author_sees() {
                     write(&path, unit, *other, word, item);
                     let own: f64 = (0..3).map(|i| other[1][i] - other[0][i]).product();
                     let each = match role {
-                        Role::Part if index == 0 || index == 1 || index == 2 || index == 5 => continue,
-                        Role::Part => 8000.0 + own,
+                        // Below the table they are cut off, and without a slicer's word they are two parts in one place.
+                        Role::Part if index == 1 || index == 2 => continue,
+                        Role::Part if program == "3MF" && common(*other) > 0.0 => continue,
+                        Role::Part => 8000.0 + own - common(*other),
                         Role::Negative => 8000.0 - common(*other),
                         _ => 8000.0,
                     };
@@ -217,7 +219,7 @@ fn what_is_printed_is_what_the_author_sees() {
                     let (volume, warnings) = inspected(&path).unwrap_or_else(|error| panic!("{what}: {error}"));
                     let wanted = each * instances * mm;
                     assert!((volume / wanted - 1.0).abs() < 1e-6, "{what}: {volume} mm3, wanted {wanted}");
-                    let silent = *role == Role::Part || (*role == Role::Negative && common(*other) == 0.0);
+                    let silent = *role == Role::Part && common(*other) == 0.0;
                     assert_eq!(warnings.contains(word), !silent, "{what}: {warnings}");
                     count += 1;
                 }
@@ -273,10 +275,34 @@ fn what_is_not_known_or_leaves_nothing_is_refused_by_name() {
         let error = inspected(&path).unwrap_err();
         assert!(error.contains("error[mesh/") && error.contains(name), "{error}");
     }
-    // Stretches beyond the mesh, and objects that are not there, are of no triangle.
-    let beyond = "<config><object id=\"3\"><volume firstid=\"12\" lastid=\"99999999999\"><metadata key=\"volume_type\" value=\"NegativeVolume\"/>\
-                  </volume></object><object id=\"8\"><volume firstid=\"0\" lastid=\"5\"><metadata key=\"modifier\" value=\"1\"/></volume></object></config>";
-    package(&path, "millimeter", &whole, one, &[("Metadata/Slic3r_PE_model.config", beyond.to_owned())]);
+    // Negative volumes and modifiers of triangles, objects and components that are not there: nobody knows what was meant.
+    let volume = |first: usize, last: usize| {
+        format!(
+            "<volume firstid=\"{first}\" lastid=\"{last}\"><metadata key=\"volume_type\" value=\"NegativeVolume\"/></volume>"
+        )
+    };
+    let of = |object: u32, volume: &str| format!("<config><object id=\"{object}\">{volume}</object></config>");
+    let prusa = "Metadata/Slic3r_PE_model.config";
+    let bambu = "Metadata/model_settings.config";
+    let component = "<part id=\"7\" subtype=\"negative_part\"></part>";
+    for (name, text, words) in [
+        (prusa, of(3, &volume(6, 99_999_999_999)), "mesh/object: object 3 | triangles"),
+        (prusa, of(3, &volume(6, 5)), "mesh/object: object 3 | before its first"),
+        (prusa, of(8, &volume(0, 5)), "mesh/object: object 8"),
+        (bambu, of(3, component), "mesh/object: object 3"),
+        (bambu, of(8, component), "mesh/object: object 8"),
+        (prusa, String::new(), "mesh/xml: config | ends before"),
+        (prusa, of(3, &volume(0, 5)).replace("</object></config>", ""), "mesh/xml: ends before"),
+        (bambu, "<html><body>404</body></html>".to_owned(), "mesh/syntax: config | `html`"),
+        (bambu, "<config>\u{fffd}".replace('\u{fffd}', ""), "mesh/xml: ends before"),
+    ] {
+        package(&path, "millimeter", &whole, one, &[(name, text)]);
+        refused(&path, words);
+    }
+    // Names in a package are the same in capitals; a volume that is a part may be missing.
+    package(&path, "millimeter", &whole, one, &[("metadata/SLIC3R_PE_MODEL.config", of(3, &volume(6, 99)))]);
+    refused(&path, "mesh/object: object 3 | triangles");
+    package(&path, "millimeter", &whole, one, &[(bambu, of(8, "<part id=\"7\" subtype=\"normal_part\"/>"))]);
     assert!((inspected(&path).unwrap().0 - 8000.0).abs() < 1e-6);
 }
 
@@ -436,5 +462,151 @@ fn paint_is_told_by_what_it_is() {
         let (volume, warnings) = inspected(&path).unwrap();
         let told = if words.is_empty() { "[]".to_owned() } else { format!("knob {words}") };
         assert!((volume - 8000.0).abs() < 1e-6 && warnings.contains(&told), "{paint}: {warnings}");
+    }
+}
+
+/// What a slicer's window shows as one solid is one; a second part inside the first is no cavity.
+#[test]
+fn parts_of_an_object_that_overlap_are_one_solid() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let one = "<item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 1 20 30 0\"/><item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 1 90 30 0\"/>";
+    for (other, union, parts) in [
+        // Inside, flush with the top, flush with the bottom, proud, across, apart, and touching as any assembly.
+        ([[10.0, 5.0, 2.0], [20.0, 15.0, 6.0]], 8000.0, 1),
+        ([[10.0, 5.0, 6.0], [20.0, 15.0, 10.0]], 8000.0, 1),
+        ([[10.0, 5.0, 0.0], [20.0, 15.0, 3.0]], 8000.0, 1),
+        ([[10.0, 5.0, 6.0], [20.0, 15.0, 12.0]], 8200.0, 1),
+        ([[10.0, -5.0, 2.0], [20.0, 25.0, 6.0]], 8400.0, 1),
+        ([[60.0, 0.0, 0.0], [65.0, 10.0, 10.0]], 8500.0, 2),
+        ([[10.0, 5.0, 10.0], [20.0, 15.0, 12.0]], 8200.0, 2),
+    ] {
+        for (make, word) in [(prusa as fn(&Path, &str, Cuboid, &str, &str), "ModelPart"), (bambu, "normal_part")] {
+            make(&path, "millimeter", other, word, one);
+            let run = trunnion().arg("inspect").arg(&path).arg("--json").output().unwrap();
+            let report: Value = serde_json::from_slice(&run.stdout).unwrap_or_else(|_| panic!("{}", said(&run)));
+            let all = report["parts"].as_array().unwrap();
+            let volume: f64 = all.iter().map(|part| part["volume_mm3"].as_f64().unwrap()).sum();
+            assert!((volume - 2.0 * union).abs() < 1e-3 && all.len() == 2 * parts, "{word} {other:?}: {report}");
+        }
+    }
+}
+
+/// A body below the table of its project is cut there, as its slicer does; elsewhere a model's height means nothing.
+#[test]
+fn what_is_sunk_into_the_table_of_a_project_is_cut_off_there() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let item = |z: f64| format!("<item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 1 9 9 {z}\"/>");
+    let apart = [[60.0, 0.0, 0.0], [70.0, 10.0, 10.0]];
+    for (make, word) in [(prusa as fn(&Path, &str, Cuboid, &str, &str), "ModelPart"), (bambu, "normal_part")] {
+        for (unit, mm) in [("millimeter", 1.0), ("inch", 25.4)] {
+            for (z, left) in [(0.0, 1.0), (-1e-4, 1.0), (-3.0, 0.7), (-9.5, 0.05), (4.0, 1.0)] {
+                make(&path, unit, apart, word, &item(z));
+                let (volume, warnings) = inspected(&path).unwrap();
+                let expected = 9000.0 * left * mm * mm * mm;
+                assert!((volume - expected).abs() < 1e-6 * expected, "{word} {z}: {volume} {expected}");
+                assert_eq!(warnings.contains("sunk"), left < 1.0, "{warnings}");
+            }
+            make(&path, unit, apart, word, &item(-10.0));
+            refused(&path, "mesh/below");
+        }
+    }
+    // What stands beside is as it was.
+    bambu(&path, "millimeter", apart, "normal_part", &(item(0.0) + &item(-5.0).replace(" 9 9 ", " 200 9 ")));
+    assert!((inspected(&path).unwrap().0 - 13_500.0).abs() < 1e-6);
+    // No slicer's project.
+    core(&path, "millimeter", apart, "model", &item(-3.0));
+    assert!((inspected(&path).unwrap().0 - 9000.0).abs() < 1e-6);
+}
+
+/// What changes a print and is not obeyed is said by name.
+#[test]
+fn what_is_ignored_of_a_project_is_said() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let whole = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY]));
+    let one = "<item objectid=\"3\"/>";
+    let setting = |key: &str, value: &str| {
+        format!(
+            "<config><object id=\"3\"><metadata type=\"object\" key=\"name\" value=\"Lid\"/><metadata key=\"{key}\" value=\"{value}\"/></object></config>"
+        )
+    };
+    for (name, text, words) in [
+        (
+            "Metadata/Prusa_Slicer_custom_gcode_per_print_z.xml",
+            "<c><code print_z=\"5\"/></c>".to_owned(),
+            "pauses and filament changes",
+        ),
+        (
+            "Metadata/custom_gcode_per_layer.xml",
+            "<c><layer top_z=\"5\"/></c>".to_owned(),
+            "pauses and filament changes",
+        ),
+        ("Metadata/Prusa_Slicer_layer_config_ranges.xml", "<o><range min_z=\"0\"/></o>".to_owned(), "certain heights"),
+        ("Metadata/layer_heights_profile.txt", "object_id=1|0;0.2".to_owned(), "variable layer heights"),
+        ("Metadata/layer_heights_profile.txt", String::new(), ""),
+        ("Metadata/custom_gcode_per_layer.xml", "<custom_gcodes_per_layer/>".to_owned(), ""),
+        (
+            "Metadata/Slic3r_PE_model.config",
+            setting("fill_density", "80%"),
+            "Lid has settings of its own, which are ignored: fill_density = 80%",
+        ),
+        ("Metadata/Slic3r_PE_model.config", setting("extruder", "2"), "extruder = 2"),
+        ("Metadata/Slic3r_PE_model.config", setting("extruder", "1"), ""),
+        ("Metadata/Slic3r_PE_model.config", setting("source_file", "lid.stl"), ""),
+    ] {
+        package(&path, "millimeter", &whole, one, &[(name, text)]);
+        let (volume, warnings) = inspected(&path).unwrap();
+        assert!((volume - 8000.0).abs() < 1e-6, "{name}");
+        assert!(if words.is_empty() { warnings == "[]" } else { warnings.contains(words) }, "{name}: {warnings}");
+    }
+    // A negative volume that meets nothing, and one that leaves nothing of one of two parts.
+    prusa(&path, "millimeter", [[60.0, 0.0, 0.0], [70.0, 10.0, 10.0]], "NegativeVolume", one);
+    let (volume, warnings) = inspected(&path).unwrap();
+    assert!((volume - 8000.0).abs() < 1e-6 && warnings.contains("the NegativeVolume removes nothing"), "{warnings}");
+    // Settings that are lost, where a program always writes some.
+    let bambu = whole.replace("<object", "<metadata name=\"Application\">OrcaSlicer-2.3.0</metadata><object");
+    package(&path, "millimeter", &bambu, one, &[]);
+    assert!(inspected(&path).unwrap().1.contains("OrcaSlicer-2.3.0 does not say"));
+}
+
+/// Roles as older programs note them.
+#[test]
+fn older_forms_of_roles_are_read() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let other = [[0.0, 0.0, 10.0], [10.0, 10.0, 12.0]];
+    for (settings, printed) in [
+        ("<cura:settings><cura:setting key=\"anti_overhang_mesh\">True</cura:setting></cura:settings>", 8000.0),
+        ("<settings><setting key=\"support_mesh\">True</setting></settings>", 8000.0),
+        ("<settings><setting key=\"infill_mesh\">False</setting></settings>", 8200.0),
+    ] {
+        let resources = format!(
+            "<object id=\"1\" type=\"model\">{}</object><object id=\"2\" type=\"model\">{settings}{}</object>",
+            mesh(&[BODY]),
+            mesh(&[other])
+        );
+        package(&path, "millimeter", &resources, "<item objectid=\"1\"/><item objectid=\"2\"/>", &[]);
+        assert!((inspected(&path).unwrap().0 - printed).abs() < 1e-6, "{settings}");
+    }
+    // They are listed with what they are for, in words and for scripts.
+    let blocked = "<cura:settings><cura:setting key=\"anti_overhang_mesh\">True</cura:setting></cura:settings>";
+    let resources = format!("<object id=\"2\" type=\"model\" name=\"keep off\">{blocked}{}</object>", mesh(&[other]));
+    let resources = format!("<object id=\"1\" type=\"model\">{}</object>{resources}", mesh(&[BODY]));
+    package(&path, "millimeter", &resources, "<item objectid=\"1\"/><item objectid=\"2\"/>", &[]);
+    let run = trunnion().arg("inspect").arg(&path).arg("--json").output().unwrap();
+    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(report["others"], serde_json::json!([{"name": "keep off", "role": "blocker"}]));
+    let run = trunnion().arg("inspect").arg(&path).output().unwrap();
+    assert!(String::from_utf8_lossy(&run.stdout).contains("keep off (blocker)"));
+    for (modifier, printed) in [("1", 8000.0), ("0", 8200.0)] {
+        let volumes = format!(
+            "<slic3r:volumes><slic3r:volume ts=\"0\" te=\"11\" modifier=\"0\"/><slic3r:volume ts=\"12\" te=\"23\" modifier=\"{modifier}\"/></slic3r:volumes></mesh>"
+        );
+        let both = mesh(&[BODY, other]).replace("</mesh>", &volumes);
+        let resources = format!("<object id=\"3\" type=\"model\" xmlns:slic3r=\"s\">{both}</object>");
+        package(&path, "millimeter", &resources, "<item objectid=\"3\"/>", &[]);
+        assert!((inspected(&path).unwrap().0 - printed).abs() < 1e-6, "modifier {modifier}");
     }
 }

@@ -54,6 +54,19 @@ impl Aside {
         format!("{} {}", name.unwrap_or("a volume"), self.words())
     }
 
+    /// As scripts read it.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Modifier => "modifier",
+            Self::Blocker => "blocker",
+            Self::Enforcer => "enforcer",
+            Self::Support => "support",
+            Self::Other => "other",
+            Self::Unprinted => "unprinted",
+            Self::OffPlate => "off-plate",
+        }
+    }
+
     fn words(self) -> &'static str {
         match self {
             Self::Modifier => "is a modifier: it is not printed, and its settings are ignored",
@@ -230,7 +243,7 @@ impl Roles {
     pub(super) fn settings(&self, object: &str, called: Option<&str>) -> Option<String> {
         let (_, keys) = self.objects.get(object)?;
         let name = called.unwrap_or("an object");
-        (!keys.is_empty()).then(|| format!("settings of {name} itself are ignored: {}", keys.join(", ")))
+        (!keys.is_empty()).then(|| format!("{name} has settings of its own, which are ignored: {}", keys.join(", ")))
     }
 
     /// The first object with a volume that is no part, of which `has` knows nothing: it is asked for the object and, where that has one, the component.

@@ -12,7 +12,7 @@ use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
 use crate::geom::{Bounds, Vec3};
 use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
-use crate::mesh::{TriangleMesh, Unit};
+use crate::mesh::{OtherVolume, TriangleMesh, Unit};
 
 /// Where the model is when the archive's relations do not say.
 const USUAL_PATH: &str = "3D/3dmodel.model";
@@ -65,6 +65,8 @@ pub(super) fn read(bytes: &[u8], plates: ProjectPlates) -> Result<Soup, Located>
     build.below_the_table(build.package.files[&root].unit)?;
     build.soup.unit = Some(build.package.files[&root].unit);
     build.soup.is_project = build.roles.known;
+    let mut told = BTreeSet::new();
+    build.soup.warnings.retain(|text| told.insert(text.clone()));
     if let (true, [first, others @ ..]) = (build.soup.facets.is_empty(), &build.soup.warnings[..]) {
         return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(FilePlace::File));
     }
@@ -267,7 +269,7 @@ impl<'a> Build<'a> {
                 let name = name.unwrap_or_else(|| "an object".to_owned());
                 return Err(Fault::Below { name }.at(FilePlace::File));
             }
-            let name = Some("the table, below which its project has a part of it".to_owned());
+            let name = Some("the table of its project, into which it is sunk".to_owned());
             soup.names.push(Label { name, body: soup.names.len() as u32, object, away: true });
             let room = (bounds.max - bounds.min).norm();
             let around = |corner: Vec3, by: f64| corner + Vec3::repeat(by);
@@ -321,7 +323,7 @@ impl<'a> Build<'a> {
         if self.counting {
             self.count(&to.id, &object)?;
         } else if let Role::Aside(aside) = role {
-            self.soup.warnings.push(aside.told(name.as_deref()));
+            self.soup.leave_out(name.clone(), aside);
         } else {
             self.append(&to.id, &object, &transform, &Volume { role, name: name.clone() })?;
         }
@@ -348,6 +350,9 @@ impl<'a> Build<'a> {
             object: number,
             away,
         };
+        if away {
+            soup.others.push(OtherVolume { name: of.name.clone().unwrap_or_default(), role: "negative" });
+        }
         soup.names.push(label(soup, of.name.clone(), away));
         let first = soup.vertices.len() as u32;
         for at in &object.mesh.0 {
@@ -374,14 +379,25 @@ impl<'a> Build<'a> {
             let of_object = of.name.clone().filter(|_| alone && volume.role == Role::Part);
             let name = of_object.or_else(|| volume.name.clone()).or_else(|| of.name.clone());
             match volume.role {
-                Role::Aside(aside) => soup.warnings.push(aside.told(name.as_deref())),
+                Role::Aside(aside) => soup.leave_out(name, aside),
                 role => {
+                    if role == Role::Negative {
+                        soup.others.push(OtherVolume { name: name.clone().unwrap_or_default(), role: "negative" });
+                    }
                     soup.names.push(label(soup, name, away || role == Role::Negative));
                     facets[stretch.clone()].iter().for_each(|facet| soup.push(placed(facet)));
                 }
             }
         }
         Ok(())
+    }
+}
+
+impl Soup {
+    /// Says that a volume is not printed.
+    fn leave_out(&mut self, name: Option<String>, aside: Aside) {
+        self.warnings.push(aside.told(name.as_deref()));
+        self.others.push(OtherVolume { name: name.unwrap_or_default(), role: aside.word() });
     }
 }
 

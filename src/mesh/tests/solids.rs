@@ -91,6 +91,27 @@ fn interfaces_end_at_the_gap() {
     }
 }
 
+/// As every slicer fills them: by how often shells wind around a place.
+#[test]
+fn what_faces_outward_within_material_is_printed_solid() {
+    let outer = cube([0.0; 3], 10.0, false);
+    let within = |from: f64, size: f64| cube([from; 3], size, false);
+    let filled = model(&[&outer, &within(3.0, 4.0)]);
+    assert_volumes(&filled, &[1000.0]);
+    assert_eq!(filled.parts[0].mesh.facets().len(), 12);
+    let [warning] = &filled.warnings[..] else { panic!("{:?}", filled.warnings) };
+    assert!(["within material", " facet 12 ", "12 facets"].iter().all(|fact| warning.contains(fact)), "{warning}");
+    // A cavity in what is in there leaves material around it once; one more leaves none, and what stands in that is a part.
+    let (twice, once) = (within(1.0, 8.0), inside_out(&within(2.0, 6.0)));
+    assert_volumes(&model(&[&outer, &twice, &once]), &[1000.0]);
+    let hollow = model(&[&inside_out(&within(3.0, 4.0)), &outer, &once, &twice]);
+    assert_volumes(&hollow, &[936.0]);
+    assert_volumes(&model(&[&inside_out(&within(3.0, 4.0)), &outer, &once, &twice, &within(4.0, 1.0)]), &[936.0, 1.0]);
+    // All of it inside out is the same.
+    let all = [&outer, &twice, &once].map(inside_out);
+    assert_volumes(&model(&all.iter().collect::<Vec<_>>()), &[1000.0]);
+}
+
 #[test]
 fn interfaces_end_at_the_angle() {
     let shared = |degrees: f64| {
@@ -109,10 +130,11 @@ fn a_shell_within_a_part_is_its_cavity() {
     assert_volumes(&hollow, &[936.0]);
     assert!(hollow.warnings.is_empty());
     assert_eq!(hollow.parts[0].mesh.facets().len(), 24);
-    let flipped = model(&[&outer, &inner]);
+    let flipped = model(&[&inside_out(&outer), &inner]);
     assert_volumes(&flipped, &[936.0]);
-    let [warning] = &flipped.warnings[..] else { panic!("{:?}", flipped.warnings) };
-    assert!(["cavity", " facet 12 ", "flipped"].iter().all(|fact| warning.contains(fact)), "{warning}");
+    let [part, cavity] = &flipped.warnings[..] else { panic!("{:?}", flipped.warnings) };
+    assert!(["part", " facet 0 ", "flipped"].iter().all(|fact| part.contains(fact)), "{part}");
+    assert!(["cavity", " facet 12 ", "flipped"].iter().all(|fact| cavity.contains(fact)), "{cavity}");
     let before = model(&[&inside_out(&inner), &outer]);
     assert_volumes(&before, &[936.0]);
     let nested = model(&[&outer, &inside_out(&inner), &cube([4.0; 3], 2.0, false)]);

@@ -47,7 +47,14 @@ fn what_cannot_be_rewritten_is_named_with_its_line() {
     assert!(
         refused(&body("G3 X5 I1.2 J0 P1")).contains("P word") && refused(&body("G3 Z.6 I1.2 P2")).contains("P word")
     );
-    assert!(one(&body("TIMELAPSE_TAKE_FRAME")).pictures && !one(&body("M600")).pictures);
+    for picture in ["TIMELAPSE_TAKE_FRAME", "_TIMELAPSE_NEW_FRAME", "HYPERLAPSE ACTION=START CYCLE=30"] {
+        assert!(one(&body(picture)).pictures && !one(&body("M600")).pictures, "{picture}");
+    }
+    // Marlin reads the first E, Klipper the last, RepRapFirmware an exponent.
+    for line in ["G1 X5 E9e-05", "G1 X5 E1.5E-3", "G1 X1 X2 E1", "G92 E0 E1"] {
+        let twice = refused(&body(line));
+        assert!(twice.contains("t.gcode:5: ") && twice.contains("twice") | twice.contains("two "), "{twice}");
+    }
     for line in ["M206 Z5", "M428", "M290 Z-2", "M92 E90", "M221 S95", "T1", "M84", "M112", "G10 P0 Z5", "M104 S0\nM81"]
     {
         assert!(refused(&body(line)).contains("t.gcode:"), "{line}");
