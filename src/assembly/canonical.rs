@@ -14,6 +14,11 @@ type Mesh = TriangleMesh<Object>;
 /// Corners so near to a facet's plane lie in it, mm: far below what a file's numbers tell, far above rounding.
 const PLANE_MM: f64 = 1e-7;
 
+/// Areas of one face differ by no more, as a share: rounding.
+const SAME_AREA: f64 = 1e-6;
+/// A facet of less height has no plane of its own, mm.
+const SLIVER_MM: f64 = 1e-6;
+
 /// `mesh` with its plane faces triangulated by their borders, corners in the order of their coordinates and facets in that of their
 /// corners. A face whose border cannot be triangulated keeps the facets that it had.
 pub(super) fn canonical(mesh: &Mesh) -> Mesh {
@@ -71,23 +76,39 @@ fn faces(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Vec<usize>> {
             across.entry(side).and_modify(|of| *of = None).or_insert(Some(index));
         }
     }
+    let normals: Vec<Vec3> = facets.iter().map(doubled).collect();
+    let is_in = |other: usize, of: usize| {
+        let origin = vertices[facets[of][0] as usize];
+        let normal = normals[of].try_normalize(f64::MIN_POSITIVE);
+        let near =
+            |v: &u32| normal.is_some_and(|normal| (vertices[*v as usize] - origin).dot(&normal).abs() <= PLANE_MM);
+        facets[other].iter().all(near)
+    };
+    // One as thin as that lies in every plane through its length: it must not make one face of two that meet there.
+    let is_sliver = |index: usize| {
+        let longest = sides_of(&facets[index]).map(|[a, b]| (vertices[a as usize] - vertices[b as usize]).norm());
+        normals[index].norm() <= SLIVER_MM * longest.into_iter().fold(0.0, f64::max)
+    };
+    let slivers: Vec<bool> = (0..facets.len()).map(is_sliver).collect();
+    let beside = |index: usize| {
+        let sides = sides_of(&facets[index]).into_iter();
+        sides.filter_map(|[a, b]| across.get(&[b, a]).copied().flatten()).collect::<Vec<usize>>()
+    };
     let mut sets = Sets::new(facets.len());
-    for (index, facet) in facets.iter().enumerate() {
-        for [a, b] in sides_of(facet) {
-            let Some(&Some(other)) = across.get(&[b, a]).filter(|_| a < b) else { continue };
-            let (one, two) = (doubled(facet), doubled(&facets[other]));
+    for index in (0..facets.len()).filter(|&index| !slivers[index]) {
+        for other in beside(index).into_iter().filter(|&other| other > index && !slivers[other]) {
             // The larger facet tells the plane, the other one has to lie in it, the same way up.
-            let (normal, at, far) = match one.norm() >= two.norm() {
-                true => (one, facet, &facets[other]),
-                false => (two, &facets[other], facet),
-            };
-            let Some(normal) = normal.try_normalize(f64::MIN_POSITIVE) else { continue };
-            let origin = vertices[at[0] as usize];
-            let is_in = |v: &u32| (vertices[*v as usize] - origin).dot(&normal).abs() <= PLANE_MM;
-            if far.iter().all(is_in) && one.dot(&two) >= 0.0 {
+            let larger_first = normals[index].norm() >= normals[other].norm();
+            let (of, far) = if larger_first { (index, other) } else { (other, index) };
+            if is_in(far, of) && normals[index].dot(&normals[other]) >= 0.0 {
                 sets.join(index as u32, other as u32);
             }
         }
+    }
+    for index in (0..facets.len()).filter(|&index| slivers[index]) {
+        let larger = |a: &usize, b: &usize| normals[*a].norm().total_cmp(&normals[*b].norm()).then(b.cmp(a));
+        let own = beside(index).into_iter().filter(|&of| !slivers[of] && is_in(index, of)).max_by(larger);
+        own.into_iter().for_each(|of| _ = sets.join(index as u32, of as u32));
     }
     let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     (0..facets.len()).for_each(|index| faces.entry(sets.root(index as u32)).or_default().push(index));
@@ -103,16 +124,17 @@ fn triangles(vertices: &[Vec3], facets: &[[u32; 3]], face: &[usize]) -> Option<V
         return None;
     }
     border.retain(|side| inner.binary_search(side).is_err());
-    let area: Vec3 = face
-        .iter()
-        .map(|&index| {
-            let [a, b, c] = facets[index].map(|v| vertices[v as usize]);
-            (b - a).cross(&(c - a))
-        })
-        .sum();
-    let facing = area.try_normalize(f64::MIN_POSITIVE)?;
-    let made = patches(vertices, &border, &facing).ok()?;
-    Some(made.into_iter().flat_map(|patch| patch.triangles).collect())
+    let doubled = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| vertices[v as usize]);
+        (b - a).cross(&(c - a))
+    };
+    let facing = face.iter().map(|&index| doubled(&facets[index])).sum::<Vec3>().try_normalize(f64::MIN_POSITIVE)?;
+    let made: Vec<[u32; 3]> =
+        patches(vertices, &border, &facing).ok()?.into_iter().flat_map(|patch| patch.triangles).collect();
+    // What is no plane face after all, or folded, has another area.
+    let before: f64 = face.iter().map(|&index| doubled(&facets[index]).norm()).sum();
+    let after: f64 = made.iter().map(|t| doubled(t).norm()).sum();
+    ((after - before).abs() <= SAME_AREA * before).then_some(made)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use boolmesh::prelude::{Manifold, OpType, compute_boolean};
 
 use super::canonical::canonical;
-use crate::geom::{Object, Rigid, Sets, Vec3};
+use crate::geom::{Object, Sets, Vec3};
 use crate::mesh::TriangleMesh;
 
 type Mesh = TriangleMesh<Object>;
@@ -58,29 +58,8 @@ pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, 
     Ok(Some(kept(&left, &whole)))
 }
 
-/// So far, mm, the second of two meshes is moved where the boolean fails with it as it is: surfaces that nearly coincide are seen as crossing
-/// in one place and as apart in the next. A tenth of what a printer's motors can do.
-const NUDGES_MM: [f64; 4] = [0.0, 1e-5, -2e-5, 1e-4];
-
-/// `act` with `b`, or moved by so little that nobody can print the difference, where it cannot be done as it is. What is said is of `b` as it is.
-fn nudged<T>(b: &Mesh, act: impl Fn(&Mesh) -> Result<T, String>) -> Result<T, String> {
-    let mut first = None;
-    for mm in NUDGES_MM {
-        let moved = if mm == 0.0 { b.clone() } else { b.moved(&Rigid::shift(Vec3::new(0.57, 0.21, 0.79) * mm)) };
-        match act(&moved) {
-            Ok(done) => return Ok(done),
-            Err(why) => first = first.or(Some(why)),
-        }
-    }
-    Err(first.unwrap_or_default())
-}
-
 /// The pieces of `a` without `b`, none where nothing is left, and how much it loses, mm³.
 pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
-    nudged(b, |b| without_once(a, b))
-}
-
-fn without_once(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
     let lost = boolean(a, b, &OpType::Intersect)?.volume();
     if lost <= EXACT * a.volume() {
         return Ok((vec![a.clone()], 0.0));
@@ -150,10 +129,6 @@ fn kept(mesh: &Mesh, shells: &[Shell]) -> Mesh {
 
 /// Both as one solid: where they touch or overlap, their common faces go.
 pub(super) fn joined_with(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
-    nudged(b, |b| joined_once(a, b))
-}
-
-fn joined_once(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
     let both = made(a, b, &OpType::Add)?;
     let common = common(a, b)?.volume_mm3;
     let off = (both.volume() + common - a.volume() - b.volume()).abs();

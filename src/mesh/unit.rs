@@ -84,8 +84,8 @@ impl FromStr for Unit {
 pub const METRES_BELOW: f64 = 1.0;
 /// A model shorter than this may be in inches: PrusaSlicer asks so, too, below 9 mm3. It is read in mm, and said.
 pub const INCHES_BELOW: f64 = 4.0;
-/// What is as long or longer in inches may be in inches, mm.
-const INCHES_FROM_MM: f64 = 3.0;
+/// Longer parts than this are rare, mm.
+const TABLES_MM: f64 = 400.0;
 /// A model longer than this in file units is taken to be in microns: no printer holds a part of 5 m.
 pub const MICRONS_ABOVE: f64 = 5000.0;
 
@@ -104,12 +104,9 @@ pub fn guess_unit(longest: f64) -> (Unit, Option<String>) {
     };
     let mm = longest * unit.millimetres();
     let inches_mm = longest * Unit::Inch.millimetres();
-    // A part of a metre is longer than a table, and of an inch is not.
-    let inches = if unit == Unit::Metre && inches_mm >= INCHES_FROM_MM {
-        format!("--unit in for inches ({inches_mm:.1} mm), ")
-    } else {
-        String::new()
-    };
+    // What would be longer than most tables in metres is as well in inches.
+    let large = unit == Unit::Metre && mm > TABLES_MM;
+    let inches = if large { format!("--unit in for inches ({inches_mm:.1} mm), ") } else { String::new() };
     let text = format!(
         "{longest} long in file units: read as {} = {mm:.1} mm; use {inches}--unit mm to keep mm",
         unit.plural()

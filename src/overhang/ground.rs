@@ -27,7 +27,7 @@ pub struct Ground {
     pub table: bool,
     /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
     pub held: SupportLines,
-    /// Other solids that grow with it, layer by layer: they hold what lies no more than a layer of air above them, as supports do. A designer's own
+    /// Other solids that grow with it, layer by layer: they hold what lies no more than two layers of air above them, much as supports do. A designer's own
     /// supports are such.
     pub others: Option<Arc<TriangleMesh<Slot>>>,
     /// Where the surface begins or has a flat ridge, along the direction, mm: layers there are looked at whatever the facets' angles.

@@ -244,11 +244,12 @@ impl Stack {
         self.keels.rest(i, enclosed(&self.sections.segments_at(self.middle(Some(i)))))
     }
 
-    /// What grows beside it less than two layers of air below layer `i`: a support and the air above it would need these.
+    /// What grows beside it no more than two layers of air below layer `i`: of a support there would be one layer, with one of air, and in the gap
+    /// of a joint nobody could take it out.
     fn nearly_below(&self, i: usize) -> Region {
         let Some(others) = &self.others else { return Region::new() };
         let at = |layers: f64| enclosed(&others.segments_at(self.middle(Some(i)) - layers * self.rule.layer_mm));
-        [1.0, 2.0, 2.5 - NEAR_LAYERS].map(at).into_iter().reduce(|a, b| or(&a, &b)).unwrap_or_default()
+        [1.0, 2.0, 2.5 + NEAR_LAYERS].map(at).into_iter().reduce(|a, b| or(&a, &b)).unwrap_or_default()
     }
 
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.

@@ -104,7 +104,7 @@ fn over_a_post(gap: f64) -> [Shape; 2] {
 fn a_post_that_ends_a_layer_below_a_ceiling_holds_it() {
     let folder = folder();
     let way = |done: &Value| done["ways"][0]["way"].as_str().unwrap_or("none").to_owned();
-    for (gap, holds) in [(0.2, true), (0.25, true), (0.75, false), (2.0, false)] {
+    for (gap, holds) in [(0.2, true), (0.25, true), (0.3, true), (0.4, true), (0.75, false), (2.0, false)] {
         let (code, done, said) = asked(folder.path(), "prepare", &over_a_post(gap), &[]);
         assert_eq!(code == Some(0) && way(&done) == "as-drawn", holds, "{gap}: {} {said}", way(&done));
         if holds {
