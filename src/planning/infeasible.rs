@@ -63,7 +63,10 @@ impl Near {
 #[strum(serialize_all = "kebab-case", prefix = "plan/")]
 pub enum Infeasible {
     /// More parts than the search's limit.
-    #[error("{parts} parts are too many; at most {} can be planned; join parts that can be printed as one", MOST_PARTS)]
+    #[error(
+        "{parts} parts are too many; at most {} can be planned; join parts that can be printed as one, or print them on several plates (prepare --plates DIR)",
+        MOST_PARTS
+    )]
     TooManyParts {
         /// How many.
         parts: usize,

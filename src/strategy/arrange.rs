@@ -147,8 +147,8 @@ pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
     let stood = stood.map(|(model, _)| model);
     let model = stood.as_ref().unwrap_or(&read.model);
-    if !how.join && model.parts.len() > MOST_PARTS {
-        // Whatever becomes of them: no plan is made of as many.
+    if !how.join && how.snap_mm > 0.0 && model.parts.len() > MOST_PARTS {
+        // Whatever becomes of them: no plan is made of as many, and what looks for gaps looks at pairs.
         return Err(Infeasible::TooManyParts { parts: model.parts.len() }.into());
     }
     let fitted = match how {

@@ -12,7 +12,11 @@ use super::loose::Cluster;
 use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::input::{LoadedProfile, ModelSource};
 use crate::mesh::{Model, Part, ProjectPlates, TriangleMesh, threemf};
-use crate::world::World;
+use crate::planning::{Infeasible, MOST_PARTS};
+use crate::world::{Silent, World};
+
+/// Bodies whose sizes differ by less stand in for each other, mm.
+const ALIKE_MM: f64 = 1e-6;
 
 /// What is printed in one go.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +74,15 @@ impl PlateQueue {
             // What lies on several plates of a project goes onto ours.
             let plates = if first.plates == ProjectPlates::Only { ProjectPlates::All } else { first.plates };
             let first = &ModelSource { plates, ..first.clone() };
-            let SetUp { model, .. } = arranged(&Models { first, how: &how, ..*models }, world)?;
+            let silent = World { progress: &Silent, ..*world };
+            let set = |how: &Arrangement, world: &World<'_>| arranged(&Models { first, how, ..*models }, world);
+            let SetUp { model, .. } = match set(&how, world) {
+                // On several plates they may be as many.
+                Err(StrategyError::Infeasible(Infeasible::TooManyParts { .. })) => {
+                    set(&Arrangement { snap_mm: 0.0, ..how }, &silent)?
+                }
+                done => done?,
+            };
             let file = first.source.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
             shapes.extend(bodies(&model.model).into_iter().map(|parts| Shape::of(file.clone(), parts, copies)));
         }
@@ -125,15 +137,16 @@ impl PlateQueue {
         bodies.sort_by(|&a, &b| area(b).total_cmp(&area(a)).then(a.cmp(&b)));
         let mut plates: Vec<Shared> = Vec::new();
         while !bodies.is_empty() {
-            let (mut here, mut over, mut full) = (Vec::new(), Vec::new(), None);
-            for shape in bodies {
-                here.push(shape);
-                // What had no room has none for its copies. What fits by itself nowhere is asked by itself.
-                if here.len() > 1 && (full == Some(shape) || !self.fits(&here, wide)) {
-                    full = Some(shape);
-                    here.pop();
-                    over.push(shape);
-                }
+            let (mut here, mut over): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
+            for alike in bodies.chunk_by(|&a, &b| self.is_as_large(a, b)) {
+                // What fits by itself nowhere is asked by itself.
+                let least = usize::from(here.is_empty());
+                let fits = |count: usize| {
+                    count <= least || self.fits(&here.iter().chain(&alike[..count]).copied().collect::<Vec<_>>(), wide)
+                };
+                let count = most(alike.len(), fits);
+                here.extend(&alike[..count]);
+                over.extend(&alike[count..]);
             }
             here.sort_unstable();
             bodies = over;
@@ -145,7 +158,14 @@ impl PlateQueue {
         plates
     }
 
+    fn is_as_large(&self, a: usize, b: usize) -> bool {
+        (self.shapes[a].size - self.shapes[b].size).amax() < ALIKE_MM
+    }
+
     fn fits(&self, bodies: &[usize], wide: bool) -> bool {
+        if bodies.iter().map(|&shape| self.shapes[shape].parts.len()).sum::<usize>() > MOST_PARTS {
+            return false;
+        }
         let sizes = || bodies.iter().map(|&shape| self.shapes[shape].size);
         let gap_mm = self.gap_mm.unwrap_or_else(|| match wide {
             true => head_reach_mm(&self.machine, sizes().map(|size| size.z).fold(0.0, f64::max)).max(NEAREST_MM),
@@ -154,6 +174,28 @@ impl PlateQueue {
         let footprints: Vec<[f64; 2]> = sizes().map(|size| [size.x, size.y]).collect();
         room_for(&footprints, gap_mm, &self.machine).is_some()
     }
+}
+
+/// The most of `all` for which `fits` holds, which does for fewer as well; asked a few times.
+fn most(all: usize, fits: impl Fn(usize) -> bool) -> usize {
+    let (mut some, mut step) = (0, 1);
+    while step > 0 {
+        if some + step <= all && fits(some + step) {
+            some += step;
+            step *= 2;
+        } else {
+            // From here on down: a step that was too long is too long for good.
+            let mut half = step / 2;
+            while half > 0 {
+                if some + half <= all && fits(some + half) {
+                    some += half;
+                }
+                half /= 2;
+            }
+            step = 0;
+        }
+    }
+    some
 }
 
 impl Shape {
@@ -185,7 +227,6 @@ fn bodies(model: &Model) -> Vec<Vec<Part>> {
 mod tests {
     use super::*;
     use crate::input::{MachineSource, load_profile};
-    use crate::world::Silent;
 
     /// Boxes of so much, each so often, for a table of 70 mm.
     fn queue(boxes: &[([f64; 3], usize)]) -> PlateQueue {
@@ -204,6 +245,15 @@ mod tests {
 
     fn all(mut queue: PlateQueue) -> Vec<(usize, usize)> {
         std::iter::from_fn(|| queue.next_plate()).map(|plate| (plate.bodies.len(), plate.times)).collect()
+    }
+
+    #[test]
+    fn the_most_that_fit_are_found() {
+        for limit in 0..40 {
+            for all in 0..40 {
+                assert_eq!(most(all, |count| count <= limit), all.min(limit), "{all} {limit}");
+            }
+        }
     }
 
     #[test]

@@ -105,6 +105,19 @@ fn the_loose_solids_of_one_file_go_where_there_is_room_and_stacked_ones_stay_tog
     );
 }
 
+/// As many as no plan takes: each plate has fewer.
+#[test]
+fn more_bodies_than_one_plan_takes_are_shared_out() {
+    let folder = folder();
+    let here = folder.path();
+    let at = |k: usize| ([8.0 * (k % 30) as f64, 8.0 * (k / 30) as f64, 0.0], [2.0, 2.0, 0.4]);
+    boxes(&here.join("chips.stl"), &(0..450).map(at).collect::<Vec<_>>());
+    let whole = run(here, &["prepare", "chips.stl", "-m", "generic-ac", "--slicer", "builtin", "-o", "whole"]);
+    assert!(fails(&said(&whole), "plan/too-many-parts: 450 | --plates DIR"), "{}", said(&whole));
+    let (_, bodies) = prepared(here, &["chips.stl"], &[]);
+    assert_eq!(bodies, [("chips.stl".to_owned(), 450)]);
+}
+
 #[test]
 fn what_fits_on_no_plate_is_refused_and_what_an_earlier_run_left_is_set_aside() {
     let folder = folder();
