@@ -67,5 +67,5 @@ pub use published::published;
 pub use row::{Lines, Row, fitting, too_low};
 pub use sent::{Tone, ended, failures, paused, rehearsal, said, undone};
 pub use supported::supported;
-pub use viewed::{compared, page, page_of_two, previewed};
+pub use viewed::{compared, drawn_machine, page, page_of_two, previewed};
 pub use visible::visible;

@@ -10,7 +10,7 @@ use crate::motion::AxisRange;
 use crate::planning::Plan;
 use crate::trace::Zone;
 use crate::verify::SURVEYED_MM;
-use crate::view::{self, DrawnBody, DrawnPose, DrawnProgram, Hull};
+use crate::view::{self, DrawnBody, DrawnMachine, DrawnPose, DrawnProgram, Hull};
 
 /// The page that shows `of`, complete.
 pub fn page(of: &PreviewResult) -> String {
@@ -88,7 +88,11 @@ fn facts(of: &PreviewResult) -> Value {
 }
 
 fn machine(of: &PreviewResult) -> Value {
-    let machine = &of.scene.machine;
+    drawn_machine(&of.machine, &of.scene.machine)
+}
+
+/// The machine as pages draw it.
+pub fn drawn_machine(name: &str, machine: &DrawnMachine) -> Value {
     let kinematics = &machine.kinematics;
     let directions = kinematics.directions();
     let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "along": numbers(along)});
@@ -96,7 +100,7 @@ fn machine(of: &PreviewResult) -> Value {
         all.iter().map(|p| json!({"name": p.name, "follows": p.follows, "hull": hull(&p.hull)})).collect()
     };
     json!({
-        "name": of.machine,
+        "name": name,
         "tilt": axis(&kinematics.tilt, &directions.tilt),
         "rotation": axis(&kinematics.rotation, &directions.rotation),
         "pivot": numbers(&kinematics.pivot),

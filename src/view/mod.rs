@@ -56,7 +56,7 @@ pub use eye::Eye;
 pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
 pub use landscape::{Dip, Landscape};
 pub use machine::{DrawnBody, DrawnMachine};
-pub use page::{page, pair};
+pub use page::{RENDERER, page, pair};
 pub use program::{DrawnPose, DrawnProgram, Style, flag};
 pub use shapes::Shapes;
 pub use sheet::Sheet;

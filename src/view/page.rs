@@ -25,6 +25,17 @@ const SCRIPTS: [&str; 11] = [
     include_str!("page/main.js"),
 ];
 
+/// What draws on the page, as a module for other pages.
+pub const RENDERER: &str = concat!(
+    include_str!("page/decode.js"),
+    include_str!("page/matrix.js"),
+    include_str!("page/colours.js"),
+    include_str!("page/beads.js"),
+    include_str!("page/machine.js"),
+    include_str!("page/draw.js"),
+    "export { Camera, Drawing, IDENTITY, KINDS, axes, boxLines, cross, dot, inverted, moved, plus, readShapes, shifted, solid, tableAt, tableGrid, times, turned };\n",
+);
+
 /// The page that shows `packed` (see [`super::Scene::packed`]), with the document that says what is in it.
 ///
 /// The program reads the document's keys as `document::viewed` writes them.

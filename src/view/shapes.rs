@@ -38,6 +38,14 @@ impl Shapes {
         shapes
     }
 
+    /// Appends corners and facets to `out`, each behind its length (four bytes, the lowest first), not compressed.
+    pub fn append(&self, out: &mut Vec<u8>) {
+        for Column(bytes) in [&self.vertices, &self.facets] {
+            out.extend((bytes.len() as u32).to_le_bytes());
+            out.extend(bytes);
+        }
+    }
+
     fn push(&mut self, vertices: &[Vec3], facets: &[[u32; 3]]) {
         self.counts.push([vertices.len(), facets.len()]);
         let mut last = [0i64; 3];

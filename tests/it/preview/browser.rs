@@ -13,10 +13,10 @@ use crate::mutants::{Victim, mutants};
 use crate::support::{Numbers, every, note, python, root, said, skip};
 
 /// What a browser answers.
-struct Answers {
-    results: Vec<Value>,
-    console: Vec<Value>,
-    requests: Vec<Value>,
+pub(crate) struct Answers {
+    pub(crate) results: Vec<Value>,
+    pub(crate) console: Vec<Value>,
+    pub(crate) requests: Vec<Value>,
 }
 
 /// The names under which Chromium is installed.
@@ -28,7 +28,7 @@ fn browse(page: &Path, steps: &[Value]) -> Option<Answers> {
 }
 
 /// The same for a page that is none of ours by itself.
-fn browse_any(page: &Path, steps: &[Value]) -> Option<Answers> {
+pub(crate) fn browse_any(page: &Path, steps: &[Value]) -> Option<Answers> {
     browse_after("0", page, steps)
 }
 

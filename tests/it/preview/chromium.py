@@ -1,11 +1,16 @@
 """Opens a page in headless Chromium and does what it is told, through the browser's own debugging pipe: nothing to install.
 
-Arguments: the browser, the page's file, width, height. Standard input: a JSON list of steps, each one of
+Arguments: the browser, the page's file or address, width, height. Standard input: a JSON list of steps, each one of
   {"eval": JAVASCRIPT}       its value (awaited) is among the results
   {"shot": FILE.png}         a screenshot
   {"key": KEY}               pressed and released, as a person would
   {"click": SELECTOR}        the middle of the element, with the mouse
   {"at": [X, Y]}             a place of the page, with the mouse
+  {"frame": JAVASCRIPT}      its value in the page's frame, which is a site of its own
+  {"until": JAVASCRIPT}      waits until it is true
+  {"text": TEXT}             typed where the focus is
+  {"files": [FILE..]}        chosen in the page's first input for files
+  {"size": [X, Y]}           of the page; {"scheme": "dark"} or "light" is the system's
 Standard output: {"results": [one a step], "console": [texts of errors and warnings], "requests": [addresses]}.
 """
 
@@ -48,7 +53,7 @@ class Browser:
         )
         os.close(to_browser)
         os.close(from_browser)
-        self.rest, self.count, self.session = b"", 0, None
+        self.rest, self.count, self.session, self.frame = b"", 0, None, None
         self.console, self.requests = [], []
 
     def read(self):
@@ -70,8 +75,18 @@ class Browser:
             self.console.append(details.get("exception", {}).get("description", details["text"]))
         elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
             self.console.append(params["entry"]["text"])
+        elif method == "Target.attachedToTarget":
+            # A frame of a site of its own, whose words are heard too.
+            if params["targetInfo"]["type"] == "iframe":
+                self.frame = params["sessionId"]
+            for domain in ("Runtime", "Log", "Network"):
+                self.count += 1
+                self.send({"id": self.count, "method": f"{domain}.enable", "sessionId": params["sessionId"]})
         elif method == "Network.requestWillBeSent":
             self.requests.append(params["request"]["url"][:200])
+
+    def send(self, message):
+        os.write(self.write_end, json.dumps(message).encode() + b"\0")
 
     def ask(self, method, **params):
         self.count += 1
@@ -79,7 +94,7 @@ class Browser:
         message = {"id": number, "method": method, "params": params}
         if self.session:
             message["sessionId"] = self.session
-        os.write(self.write_end, json.dumps(message).encode() + b"\0")
+        self.send(message)
         while True:
             answer = self.read()
             if answer.get("id") == number:
@@ -95,18 +110,24 @@ class Browser:
             raise SystemExit(f"{code}: {details.get('exception', {}).get('description', details['text'])}")
         return answer["result"].get("value")
 
+    def size(self, width, height):
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
     def press(self, x, y):
         for kind in ("mousePressed", "mouseReleased"):
             self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def key(self, key):
-        text = key if len(key) == 1 else ""
-        self.ask("Input.dispatchKeyEvent", type="keyDown", key=key, text=text)
-        self.ask("Input.dispatchKeyEvent", type="keyUp", key=key)
+        text = key if len(key) == 1 else "\r" if key == "Enter" else ""
+        # Without its number a key moves no focus.
+        number = {"Tab": 9, "Enter": 13}.get(key, 0)
+        self.ask("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, windowsVirtualKeyCode=number)
+        self.ask("Input.dispatchKeyEvent", type="keyUp", key=key, windowsVirtualKeyCode=number)
 
 
 def main():
-    program, page, width, height = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), int(sys.argv[3]), int(sys.argv[4])
+    program, page, width, height = sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+    page = page if page.startswith("http:") else pathlib.Path(page).resolve().as_uri()
     steps, results = json.load(sys.stdin), []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = Browser(program, profile, (width, height))
@@ -117,9 +138,10 @@ def main():
             browser.session = browser.ask("Target.attachToTarget", targetId=pages[0]["targetId"], flatten=True)["sessionId"]
             for domain in ("Runtime", "Log", "Network", "Page"):
                 browser.ask(f"{domain}.enable")
-            browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
-            browser.ask("Page.navigate", url=page.as_uri())
-            while not browser.value("location.protocol === 'file:' && document.readyState === 'complete'"):
+            browser.ask("Target.setAutoAttach", autoAttach=True, waitForDebuggerOnStart=False, flatten=True)
+            browser.size(width, height)
+            browser.ask("Page.navigate", url=page)
+            while not browser.value("location.protocol !== 'about:' && document.readyState === 'complete'"):
                 time.sleep(0.02)
             for step in steps:
                 results.append(do(browser, step))
@@ -146,6 +168,29 @@ def do(browser, step):
         browser.press(*box)
     elif "at" in step:
         browser.press(*step["at"])
+    elif "until" in step:
+        while not browser.value(f"(() => {{ try {{ return Boolean({step['until']}); }} catch {{ return false; }} }})()"):
+            time.sleep(0.02)
+    elif "frame" in step:
+        page = browser.session
+        while not browser.frame:
+            browser.value("0")
+        browser.session = browser.frame
+        while browser.value("document.readyState") != "complete":
+            time.sleep(0.02)
+        value = browser.value(step["frame"])
+        browser.session = page
+        return value
+    elif "text" in step:
+        browser.ask("Input.insertText", text=step["text"])
+    elif "files" in step:
+        root = browser.ask("DOM.getDocument")["root"]["nodeId"]
+        node = browser.ask("DOM.querySelector", nodeId=root, selector="input[type=file]")["nodeId"]
+        browser.ask("DOM.setFileInputFiles", files=step["files"], nodeId=node)
+    elif "size" in step:
+        browser.size(*step["size"])
+    elif "scheme" in step:
+        browser.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": step["scheme"]}])
     return None
 
 

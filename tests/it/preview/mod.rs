@@ -1,6 +1,6 @@
 //! The page of `trunnion preview`: what is in it, read back by other code; and what a browser shows of it.
 
-mod browser;
+pub(crate) mod browser;
 pub(crate) mod decoder;
 
 use std::path::{Path, PathBuf};
