@@ -1,4 +1,4 @@
-"""The pictures of the README, taken from preview pages: python3 scripts/pictures.py [PROGRAM] [FOLDER]
+"""The pictures of the README and of the workbench, taken from preview pages and from the workbench itself: python3 scripts/pictures.py [PROGRAM] [FOLDER]
 
 PROGRAM is trunnion (default target/release/trunnion), FOLDER where they go (default docs/pictures). Needs Chromium. The solids are made
 here; what is shown is a file that was verified.
@@ -171,6 +171,22 @@ def film(folder, page, picture, count):
     animated([folder / f"frame-{k:03}.png" for k in range(count)], FOLDER / picture, 220)
 
 
+def workbench(folder, picture):
+    """The room of ways, with a model whose ways are found."""
+    args = ["open", "hook.stl", "-m", "generic-ac", "--no-browser", "--json"]
+    server = subprocess.Popen([PROGRAM, *args], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    try:
+        address = json.loads(server.stdout.readline())["address"]
+        ready = "workbench.scene.order.length && !workbench.scene.waiting && workbench.page.machines.machines"
+        done = "workbench.page.state.ways && !workbench.page.state.busy"
+        orders = [{"until": ready}, {"click": "#room-how"}, {"click": "#find"}, {"until": done}, {"shot": str(FOLDER / picture)}]
+        driver = [sys.executable, ROOT / "tests/it/preview/chromium.py", "chromium", address, "1200", "740"]
+        subprocess.run(driver, input=json.dumps(orders).encode(), check=True, stdout=subprocess.DEVNULL)
+    finally:
+        server.terminate()
+        server.wait()
+
+
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
@@ -182,6 +198,8 @@ def main():
         run(folder, "prepare", "tee.stl", *machine, "-o", "tee.gcode", "--preview", "tee.html")
         run(folder, "prepare", "mushroom.stl", *machine, "--split", "never", "-o", "mushroom.gcode", "--preview", "mushroom.html")
         run(folder, "prepare", "candelabrum.stl", *machine, "-o", "candelabrum.gcode", "--preview", "candelabrum.html")
+        (folder / "hook.stl").write_bytes((ROOT / "fixtures/hook.stl").read_bytes())
+        workbench(folder, "workbench.png")
         near = "camera.distance *= 0.62; invalidate()"
         feature = "state.mode = 'feature'; recolour()"
         shot(folder, "tee.html", "tee-in-parts.png", "state.table = false; invalidate()", near)

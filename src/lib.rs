@@ -75,4 +75,6 @@ pub mod toolpath;
 pub mod trace;
 pub mod verify;
 pub mod view;
+#[doc(hidden)]
+pub mod workbench;
 pub mod world;

@@ -4,12 +4,15 @@ use super::args::in_flags;
 use crate::document;
 use crate::job::{self, interrupts};
 use crate::location::Location;
+use crate::workbench::WorkbenchError;
 
 /// Why a verb did not do its work.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error("{}", in_flags(.0))]
     Job(job::Error),
+    #[error(transparent)]
+    Workbench(WorkbenchError),
     /// A result that could not be written.
     #[error("cannot write the result to stdout: {}{}", job::in_words(source), job::remedy(source))]
     Stdout {
@@ -47,6 +50,7 @@ impl Failure {
         match self {
             Self::Job(error) => error.code(),
             Self::Stdout { .. } => "command/stdout",
+            Self::Workbench(error) => error.code(),
             Self::Usage(_) => "command/usage",
             Self::Findings(_) => "command/no",
             Self::Prints { .. } => "send/prints",

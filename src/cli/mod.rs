@@ -8,6 +8,7 @@ mod batch;
 mod failure;
 mod inspect;
 mod machine;
+mod open;
 mod operator;
 mod orient;
 mod pack;
@@ -69,6 +70,7 @@ pub fn run() -> ExitCode {
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),
         Verb::Verify(verb) => verify::run(&verb, &console),
         Verb::Preview(verb) => preview::run(&verb, &console),
+        Verb::Open(verb) => open::run(&verb, &console),
         Verb::Send(verb) => send::run(&verb, &console),
         Verb::Publish(verb) => publish::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),

@@ -1,7 +1,7 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
 use std::any::Any;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -12,6 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{Failure, plan};
 use crate::document::{self, Lines, Row, text};
 use crate::job::{self, Bar, Installed, LoadedModel, OutputFile, PlanResult, Progress, SliceResult, World, interrupts};
+use crate::workbench::PROGRESS_VARIABLE;
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -194,7 +195,8 @@ impl Progress for Console {
 
     fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
         let shown = !self.quiet && std::io::stderr().is_terminal();
-        Box::new(SlowBar { what, of, shown, start: Instant::now(), bar: RefCell::new(None) })
+        let told = Cell::new(if std::env::var_os(PROGRESS_VARIABLE).is_some() { 0 } else { usize::MAX });
+        Box::new(SlowBar { what, of, shown, told, start: Instant::now(), bar: RefCell::new(None) })
     }
 }
 
@@ -236,12 +238,19 @@ struct SlowBar {
     what: &'static str,
     of: usize,
     shown: bool,
+    /// For the workbench: hundredths that were reported; of nobody who reads them, all.
+    told: Cell<usize>,
     start: Instant,
     bar: RefCell<Option<ProgressBar>>,
 }
 
 impl Bar for SlowBar {
     fn at(&self, done: usize) {
+        let share = done * 100 / self.of.max(1) + 1;
+        if share > self.told.get() {
+            self.told.set(share);
+            say(&format!("progress: {} {done}/{}", self.what, self.of));
+        }
         if !self.shown || self.start.elapsed() < PATIENCE {
             return;
         }

@@ -60,8 +60,8 @@ pub use packed::packed;
 pub use planned::{no_plan, no_way, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
-    checked, cold, event, jogged, left_alone, own, plate, plates, prepared, profile_imported, profile_made, rehearsed,
-    rejected, rewritten, shipped, sliced, verified,
+    checked, cold, event, jogged, left_alone, opened, own, plate, plates, prepared, profile_imported, profile_made,
+    rehearsed, rejected, rewritten, shipped, sliced, verified,
 };
 pub use published::published;
 pub use row::{Lines, Row, fitting, too_low};

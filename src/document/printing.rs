@@ -207,6 +207,12 @@ pub fn own(name: &str, file: &std::path::Path, checked: &Result<CheckedProfile, 
     row
 }
 
+/// `trunnion open`: where the workbench is; the address has its secret behind `#`.
+pub fn opened(address: &str) -> Value {
+    let port = address.rsplit_once(':').and_then(|(_, rest)| rest.split('/').next()?.parse::<u16>().ok());
+    json!({"address": address, "port": port})
+}
+
 /// `trunnion send --dry-run`: the rehearsal's last event.
 pub fn rehearsed(done: &Rehearsal) -> Value {
     let of = done.last_line;

@@ -32,13 +32,16 @@ const NEVER: [(&str, &[&str], &str); 6] = [
 const FIXTURES_ONLY_IN: [&str; 1] = ["cli"];
 
 /// The only places that touch files, processes, ports, clock, threads, environment and standard streams.
-const WORLD_ONLY_IN: [&str; 7] = [
+const WORLD_ONLY_IN: [&str; 10] = [
     "src/cli/",
     "src/world/",
     "src/job/batch/runs.rs",
     "src/job/send/together.rs",
     "src/slicing/process.rs",
     "src/link/serial/",
+    "src/workbench/folder.rs",
+    "src/workbench/runs.rs",
+    "src/workbench/server.rs",
     "src/main.rs",
 ];
 const WORLD: [&str; 14] = [
@@ -67,8 +70,16 @@ const TERMINAL_ONLY_IN: [&str; 1] = ["src/cli/"];
 const TERMINAL: [&str; 2] = ["clap", "indicatif"];
 
 /// Documents are read and written where their format is decided.
-const DOCUMENTS_ONLY_IN: [&str; 7] =
-    ["src/profile/", "src/calibrate/", "src/publish/", "src/planning/", "src/verify/", "src/document/", "src/cli/"];
+const DOCUMENTS_ONLY_IN: [&str; 8] = [
+    "src/profile/",
+    "src/calibrate/",
+    "src/publish/",
+    "src/planning/",
+    "src/verify/",
+    "src/document/",
+    "src/workbench/",
+    "src/cli/",
+];
 const DOCUMENTS: [&str; 4] = ["Serialize", "Deserialize", "serde", "serde_json"];
 
 /// A file: its path from the repository's folder, with `/`, and its text.
@@ -462,7 +473,7 @@ fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);
     let doing = || sources.iter().filter(|(name, _)| !name.contains("args/"));
     let lines: usize = doing().map(|(_, text)| text.lines().count()).sum();
-    assert!(doing().count() > 10 && lines < 2200, "{lines} lines in {} files of src/cli", doing().count());
+    assert!(doing().count() > 10 && lines < 2250, "{lines} lines in {} files of src/cli", doing().count());
 }
 
 /// What `scripts/test.sh --changed` goes by.
@@ -531,7 +542,7 @@ fn an_upward_import_is_found() {
     );
     assert_eq!(
         house(&[("src/cli/mod.rs", "fn f() { trunnion::main::x() }")]),
-        ["src/cli/mod.rs:2: cli (floor 13) imports main (floor 14)"]
+        ["src/cli/mod.rs:2: cli (floor 14) imports main (floor 15)"]
     );
     assert_eq!(
         house(&[("src/orient/a/b.rs", "use super::super::super::verify::Finding;")]),
@@ -607,7 +618,7 @@ fn speaking_parsing_flags_and_documents_out_of_place_are_found() {
     assert_eq!(
         house(&[("src/mesh/x.rs", "#[derive(Clone, Serialize)]\nstruct A;")]),
         [
-            "src/mesh/x.rs:2: Serialize belongs in src/profile/, src/calibrate/, src/publish/, src/planning/, src/verify/, src/document/, src/cli/"
+            "src/mesh/x.rs:2: Serialize belongs in src/profile/, src/calibrate/, src/publish/, src/planning/, src/verify/, src/document/, src/workbench/, src/cli/"
         ]
     );
 }

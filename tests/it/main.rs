@@ -88,3 +88,5 @@ mod thin_tips;
 mod trees;
 mod turns;
 mod ways;
+#[cfg(unix)]
+mod workbench;

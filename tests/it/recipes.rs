@@ -8,8 +8,11 @@ use std::process::Command;
 use crate::support::{folder, installed, root, said, skip};
 
 /// Pages whose blocks need printers, servers, packages of a network or hours, and why; all others are run here.
-const ELSEWHERE: [(&str, &str); 2] =
-    [("how-to/publish.md", "run beside servers by publish::recipes"), ("how-to/send.md", "needs two printers")];
+const ELSEWHERE: [(&str, &str); 3] = [
+    ("how-to/publish.md", "run beside servers by publish::recipes"),
+    ("how-to/send.md", "needs two printers"),
+    ("how-to/workbench.md", "needs a person; workbench::browser does the same in Chromium"),
+];
 
 /// All pages, by their path below `docs`.
 pub(crate) fn pages() -> Vec<String> {

@@ -4,6 +4,7 @@ mod batch;
 mod link;
 mod machine;
 mod mistake;
+mod open;
 mod print;
 mod profile;
 mod shape;
@@ -19,6 +20,7 @@ pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use machine::{Jog, Machine, Place, Read};
 pub(in crate::cli) use mistake::{in_flags, told};
+pub(in crate::cli) use open::Open;
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, Made, New, Profile};
 pub(in crate::cli) use shape::{Explain, Inspect, Orient, Pack, Split, Support};
@@ -92,6 +94,8 @@ pub(in crate::cli) enum Verb {
     Verify(Verify),
     /// Show a finished file, a plan, or why there is none, as one page for the browser
     Preview(Preview),
+    /// Open the workbench: one page to see, choose and print
+    Open(Open),
     /// Stream a verified file to a printer: every line once, in order, or stop safely
     Send(Send),
     /// Upload a verified file to a printer's server: OctoPrint, Moonraker or a Duet

@@ -23,7 +23,7 @@ impl Drop for Running {
 
 /// A simulated printer. Its link goes before it does: to a terminal of that number, which the next printer of another test may have, a
 /// host that waits for this one would find its way.
-pub(super) struct Printer {
+pub(crate) struct Printer {
     link: PathBuf,
     pub(super) running: Running,
 }
@@ -35,7 +35,7 @@ impl Drop for Printer {
 }
 
 /// A simulated printer behind `link`.
-pub(super) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Printer {
+pub(crate) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Printer {
     let _ = std::fs::remove_file(link);
     let mut command = trunnion();
     command.args(["simulate", "-q", "--heat", "50", "-m"]).arg(profile).arg("--link").arg(link).args(more);
@@ -75,13 +75,13 @@ pub(super) fn output(command: &mut Command) -> Output {
 }
 
 /// Ctrl-C.
-pub(super) fn interrupt(host: &Child) {
+pub(crate) fn interrupt(host: &Child) {
     let done = Command::new("kill").args(["-INT", &host.id().to_string()]).status().expect("a kill command");
     assert!(done.success());
 }
 
 /// Whether the printer has had an emergency stop.
-pub(super) fn killed(log: &Path) -> bool {
+pub(crate) fn killed(log: &Path) -> bool {
     std::fs::read_to_string(log).unwrap().contains(" killed")
 }
 
@@ -113,7 +113,7 @@ pub(super) fn terminal() -> (std::fs::File, std::fs::File) {
 }
 
 /// A profile whose machine can home with a part on its table.
-pub(super) fn profile(folder: &Path) -> PathBuf {
+pub(crate) fn profile(folder: &Path) -> PathBuf {
     let path = folder.join("machine.toml");
     // A machine that somebody has looked at.
     let machine =

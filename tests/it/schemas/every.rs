@@ -162,7 +162,8 @@ fn events() -> Vec<(String, Value)> {
         trunnion::job::EndedPrint { port: port.to_owned(), file: "a.gcode".into(), error }
     });
     all.push(trunnion::document::ended(&ended));
-    all.into_iter().map(|event| ("send.json".to_owned(), event)).collect()
+    let opened = ("open.json".to_owned(), trunnion::document::opened("http://127.0.0.1:8080/#0f"));
+    all.into_iter().map(|event| ("send.json".to_owned(), event)).chain([opened]).collect()
 }
 
 /// The verbs of `command`, as their schemas are called.

@@ -1,0 +1,82 @@
+//! The workbench: one page on which a person sees a model, chooses a way to print it, and prints. A server on this computer alone.
+//!
+//! Whatever the page does is a command line, which is shown below it, and the server runs exactly that: long jobs as processes of this same
+//! program (`runs.rs`), so that a crash of one leaves the page and the project as they are, and the bytes are the command's own. Nothing
+//! is decided here that `job` decides.
+//!
+//! `doors.rs` says who comes in, `routes.rs` what is asked, `project.rs` what is chosen and what is out of date, `run.rs` what a job has
+//! said: pure values. `server.rs` has the sockets, `folder.rs` the files, `answers.rs` puts them together. `page/` is the page itself, as
+//! it is served.
+
+mod answers;
+
+mod doors;
+mod error;
+mod folder;
+mod http;
+mod project;
+mod routes;
+mod run;
+mod runs;
+mod scene;
+mod server;
+mod shared;
+mod state;
+
+use std::path::{Path, PathBuf};
+
+pub use error::WorkbenchError;
+pub use runs::PROGRESS_VARIABLE;
+
+use project::Project;
+use server::HttpServer;
+use state::State;
+
+/// What the workbench begins with.
+#[derive(Clone, Debug, Default)]
+pub struct OpenRequest {
+    /// Models.
+    pub models: Vec<PathBuf>,
+    /// A profile's name or file.
+    pub machine: Option<String>,
+    /// The project's folder; the working folder without one.
+    pub folder: Option<PathBuf>,
+    /// Port of the server; 0 for any free one.
+    pub port: u16,
+    /// Whether a browser is to be started.
+    pub browser: bool,
+}
+
+/// Serves the workbench until it is ended; `told` gets its address when it listens, and the file that leads a
+/// browser there: the secret is no word of a command line, which every user of this computer could read. The process of a print that goes on, where there is one.
+///
+/// # Errors
+///
+/// [`WorkbenchError::Folder`], [`WorkbenchError::Port`] and [`WorkbenchError::NotStarted`].
+pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Result<Option<u32>, WorkbenchError> {
+    let here = folder::working()?;
+    let folder = folder::opened(request.folder.as_deref().unwrap_or(&here))?;
+    let named = |machine: &String| match here.join(machine).is_file() {
+        true => folder::named(machine.as_ref(), &here, &folder),
+        false => machine.clone(),
+    };
+    let machine = request.machine.as_ref().map(named);
+    let mut state = State {
+        names: machine.iter().cloned().collect(),
+        project: Project::new(machine),
+        folder: folder.display().to_string(),
+        ..State::default()
+    };
+    for model in &request.models {
+        state.project.add(&folder::named(model, &here, &folder));
+    }
+    folder::work_in(&folder)?;
+    let server = HttpServer::listen(request.port, folder, state)?;
+    let shared = server.shared.clone();
+    crate::world::interrupts::on_interrupt(move || shared.quit());
+    let address = server.shared.doors.address();
+    let leads = request.browser.then(|| folder::leading_to(&address, &server.shared.folder)).transpose()?;
+    told(&address, leads.as_ref().map(|file| file.path()));
+    answers::begin(&server.shared);
+    Ok(server.serve())
+}

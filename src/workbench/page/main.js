@@ -1,0 +1,262 @@
+// The page: rooms, what each shows of the state, and what its buttons ask for. Nothing is decided here that the command decides.
+
+import { foot } from './foot.js';
+import { deck, howPanel } from './how.js';
+import { machineBox, machineFacts, modelPanel } from './model.js';
+import { h, morph } from './parts.js';
+import { printPanel } from './print.js';
+import { Scene } from './scene.js';
+import { previewOf, seePanel } from './see.js';
+import { get, hasSecret, listen, post } from './server.js';
+import { TEXTS } from './texts.js';
+
+const ROOMS = ['model', 'how', 'see', 'print'];
+const byId = (id) => document.getElementById(id);
+const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0 };
+let scene = null;
+
+function toast(text) {
+  byId('toast').textContent = text ?? '';
+  byId('toast').hidden = !text;
+}
+
+/** Asks for a change of the state that is shown; what is refused is said. */
+async function change(path, query = {}, body = undefined) {
+  try {
+    toast(null);
+    hear(await post(path, { revision: page.state.revision, ...query }, body));
+    return true;
+  } catch (error) {
+    toast(error.message);
+    if (error.code === 'workbench/old-revision') hear(await get('state'));
+    return false;
+  }
+}
+
+const ACTIONS = {
+  room: ({ room }) => go(room),
+  line: ({ line }) => showLine(Number(line)),
+  add: () => byId('file').click(),
+  remove: ({ index }) => change('remove', { index }),
+  pick: () => pick(!scene?.picking),
+  way: ({ way }) => change('set', { name: 'way', value: way }),
+  find: () => change('run', { task: 'prepare' }),
+  run: ({ task }) => change('run', { task }),
+  stop: ({ task }) => change('word', { task, word: 'stop' }),
+  word: ({ task, word }) => change('word', { task, word }),
+  copy: async () => {
+    const text = byId('command').textContent;
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      getSelection().selectAllChildren(byId('command'));
+      document.execCommand('copy');
+    }
+    page.copied = text;
+    show();
+  },
+  quit: async () => {
+    if (await change('quit')) {
+      page.ended = true;
+      toast(TEXTS.ended);
+      connection(TEXTS.ended);
+    }
+  },
+};
+
+/** The next click on the picture puts the model on a face. */
+function pick(on) {
+  if (scene) scene.pick(on);
+  show();
+}
+
+async function upload(files) {
+  for (const file of files) {
+    page.uploads.push(file.name);
+    show();
+    await change('models', { name: file.name }, file);
+    page.uploads.splice(page.uploads.indexOf(file.name), 1);
+    show();
+  }
+}
+
+function go(room) {
+  page.room = room;
+  show();
+}
+
+function rooms() {
+  const { state } = page, tab = (room) => {
+    const here = room === page.room, busy = (room === 'print' ? ['print', 'resume', 'rehearse'] : room === 'see' ? ['prepare'] : []).some((task) => state?.runs[task]?.running);
+    const stale = (room === 'see' && state?.prepared?.stale) || (room === 'how' && state?.ways?.stale);
+    return h('button', { id: `room-${room}`, type: 'button', role: 'tab', 'aria-selected': String(here), 'aria-controls': 'panel', tabindex: here ? '0' : '-1', 'data-do': 'room', 'data-room': room, title: TEXTS.roomHints[room] },
+      h('kbd', { 'aria-hidden': 'true', text: String(ROOMS.indexOf(room) + 1) }),
+      h('strong', { text: TEXTS.rooms[room] }),
+      busy ? h('i', { class: 'dot busy' }) : stale ? h('i', { class: 'dot warn', title: TEXTS.stale }) : null);
+  };
+  morph(byId('rooms'), ROOMS.map(tab));
+}
+
+function panel() {
+  const { state, room } = page;
+  if (room === 'model') return [...modelPanel(state, page.uploads, scene?.picking ?? false), ...machineFacts(state, page.machines, page.drawn)];
+  return room === 'how' ? howPanel(state) : room === 'see' ? seePanel(state) : printPanel(state);
+}
+
+/** The preview has a frame of its own, which stays while nothing of the file changes. */
+function frame() {
+  const address = previewOf(page.state), box = byId('frame-box'), made = page.state.prepared?.document.verify?.seconds;
+  const wanted = address && `${address} ${made}`, shown = Boolean(address) && (page.room === 'see' || page.room === 'print');
+  // Not before it is seen: its picture takes its size from the frame.
+  if (page.frame !== wanted && (shown || !address)) {
+    page.frame = wanted;
+    const inside = address && h('iframe', { id: 'preview', title: TEXTS.preview, sandbox: 'allow-scripts', src: address });
+    box.replaceChildren(...(inside ? [inside] : []));
+  }
+  box.hidden = !shown;
+  byId('canvas').hidden = shown || !scene;
+  byId('caption').hidden = shown || !scene || !page.state.models.length;
+  byId('no-gl').hidden = shown || Boolean(scene);
+}
+
+/** Shows a line of the program in the preview, which takes nothing else from here. */
+function showLine(line) {
+  byId('preview')?.contentWindow.postMessage(JSON.stringify({ line }), '*');
+}
+
+/** The preview goes with the print. */
+function follow() {
+  const run = ['print', 'resume'].map((task) => page.state.runs[task]).find((one) => one?.running), line = run?.progress?.line;
+  if (!line || line === page.line) return;
+  page.line = line;
+  showLine(line);
+}
+
+/** Everything that is shown, from the state. */
+function show() {
+  rooms();
+  if (!page.state) return;
+  if (page.copied !== false && page.copied !== byId('command')?.textContent) page.copied = false;
+  document.body.dataset.room = page.room;
+  morph(byId('machine-box'), machineBox(page.state, page.machines));
+  byId('folder').textContent = TEXTS.folder(page.state.folder);
+  byId('folder').title = page.state.folder;
+  morph(byId('panel'), panel());
+  byId('panel').setAttribute('aria-labelledby', `room-${page.room}`);
+  byId('deck').hidden = page.room !== 'how';
+  if (page.room === 'how') morph(byId('deck'), deck(page.state));
+  foot(byId('foot'), page.room, page.state, page.copied !== false);
+  byId('caption').textContent = scene?.hangs ? TEXTS.caption(Math.round(scene.steepest)) : TEXTS.captionPlain;
+  frame();
+}
+
+/** The server has told its state. */
+function hear(state) {
+  // An answer may come behind an event that is newer.
+  if (page.state && state.version < page.state.version) return;
+  page.state = state;
+  connection('');
+  show();
+  follow();
+  draw();
+  if (page.machines.machines === null) machines();
+}
+
+async function machines() {
+  page.machines = await get('machines').catch(() => page.machines);
+  show();
+}
+
+const keyOf = (model) => JSON.stringify([model.path, page.state.unit, page.state.up, model.inspected?.parts?.map((part) => [part.facets, part.volume_mm3])]);
+
+/** Fetches what is to be drawn and is not there yet. */
+async function draw() {
+  if (!scene) return;
+  const { state } = page;
+  if (page.drawnFor !== state.machine) {
+    page.drawnFor = state.machine;
+    page.drawn = await get('machine').catch(() => null);
+    scene.setMachine(page.drawn);
+    page.keys = null;
+    show();
+  }
+  scene.up = state.up;
+  const models = page.state.models.filter((model) => model.inspected?.parts).map((model) => ({ key: keyOf(model) })), keys = JSON.stringify(models);
+  if (page.state.models.length !== models.length && page.state.models.some((model) => !model.inspected)) return;
+  if (page.keys === keys) return;
+  page.keys = keys;
+  await scene.setModels(page.state.models.map((model) => ({ key: keyOf(model) })));
+  show();
+}
+
+function connection(text) {
+  byId('link-state').textContent = text;
+}
+
+function events() {
+  document.addEventListener('click', (event) => {
+    const target = event.target.closest?.('[data-do]');
+    if (target && !target.disabled) ACTIONS[target.dataset.do](target.dataset);
+  });
+  document.addEventListener('change', (event) => {
+    const { target } = event;
+    if (target.id === 'file') {
+      upload([...target.files]).then(() => { target.value = ''; });
+    } else if (target.dataset.set) {
+      change('set', { name: target.dataset.set, value: target.value });
+    } else if (target.dataset.copies) {
+      change('copies', { index: target.dataset.copies, value: target.value });
+    }
+  });
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape' && scene?.picking) pick(false);
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.('input, select, textarea')) return;
+    const number = ROOMS[Number(event.key) - 1], at = ROOMS.indexOf(page.room);
+    const next = event.target.closest?.('[role="tab"]') && { ArrowDown: ROOMS[(at + 1) % 4], ArrowUp: ROOMS[(at + 3) % 4] }[event.key];
+    if (!number && !next) return;
+    event.preventDefault();
+    go(number ?? next);
+    byId(`room-${number ?? next}`).focus();
+  });
+  dropping();
+  window.addEventListener('focus', () => page.state && !page.ended && get('state').then(hear, () => {}));
+}
+
+/** Files can be dropped anywhere. */
+function dropping() {
+  let inside = 0;
+  const over = (by) => { inside = Math.max(0, inside + by); byId('drop').hidden = inside === 0; };
+  document.addEventListener('dragenter', (event) => { event.preventDefault(); over(1); });
+  document.addEventListener('dragleave', () => over(-1));
+  document.addEventListener('dragover', (event) => event.preventDefault());
+  document.addEventListener('drop', (event) => {
+    event.preventDefault();
+    over(-inside);
+    upload([...event.dataTransfer.files]);
+    go('model');
+  });
+}
+
+function begin() {
+  document.title = TEXTS.title;
+  byId('quit').textContent = TEXTS.quit;
+  byId('quit').title = TEXTS.quitTitle;
+  byId('drop').textContent = TEXTS.dropHere;
+  byId('canvas').setAttribute('aria-label', TEXTS.sceneLabel);
+  byId('no-gl').textContent = TEXTS.noGl;
+  rooms();
+  events();
+  if (!hasSecret) return toast(TEXTS.noSecret);
+  try {
+    scene = new Scene(byId('canvas'), (up) => change('set', { name: 'up', value: up }).then(() => pick(false)));
+  } catch {
+    byId('no-gl').hidden = false;
+  }
+  connection(TEXTS.connecting);
+  return listen(hear, (text) => { connection(text ?? TEXTS.lost); if (text) toast(text); }, () => page.ended);
+}
+
+begin();
+
+/** For programs that drive the page. */
+window.workbench = { page, showLine, get scene() { return scene; } };

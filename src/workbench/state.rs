@@ -1,0 +1,138 @@
+//! The state of the workbench: the project, the runs of its jobs, and the machines that can be chosen. What changes it is counted.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::WorkbenchError;
+use super::project::{Project, ProjectChange, Task};
+use super::routes::JobWord;
+use super::run::Run;
+use super::runs::{Job, JobSaid};
+
+/// The state.
+#[derive(Debug, Default)]
+pub(super) struct State {
+    /// The project's folder, as it is shown.
+    pub(super) folder: String,
+    /// The project.
+    pub(super) project: Project,
+    /// The last run of each job.
+    pub(super) runs: BTreeMap<Task, Run>,
+    /// The processes of those that run.
+    pub(super) jobs: BTreeMap<Task, Job>,
+    /// The document of `trunnion profile list`.
+    pub(super) machines: Value,
+    /// Names and files of the machines, and the one that the command was given.
+    pub(super) names: Vec<String>,
+    /// Counts every change that a page could show.
+    pub(super) version: u64,
+}
+
+impl State {
+    /// That the page has seen the project as it is.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::OldRevision`].
+    pub(super) fn seen(&self, revision: &str) -> Result<(), WorkbenchError> {
+        let current = revision.parse() == Ok(self.project.revision);
+        if current { Ok(()) } else { Err(WorkbenchError::OldRevision) }
+    }
+
+    /// That no job runs.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::Busy`].
+    pub(super) fn idle(&self) -> Result<(), WorkbenchError> {
+        let busy = self.runs.values().any(|run| run.running);
+        if busy { Err(WorkbenchError::Busy) } else { Ok(()) }
+    }
+
+    /// Changes the project.
+    ///
+    /// # Errors
+    ///
+    /// As [`Project::change`].
+    pub(super) fn change(&mut self, change: &ProjectChange) -> Result<(), WorkbenchError> {
+        self.version += 1;
+        self.project.change(change, &self.names)
+    }
+
+    /// A job begins: the words of its command.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::Busy`] and [`WorkbenchError::NotYet`].
+    pub(super) fn begin(&mut self, task: Task) -> Result<Vec<String>, WorkbenchError> {
+        self.idle()?;
+        let words = self.project.words(task)?;
+        let made_of = (self.project.whole(), self.project.basis());
+        self.runs.insert(task, Run::new(task, words.clone(), made_of));
+        self.version += 1;
+        Ok(words)
+    }
+
+    /// A job says something.
+    pub(super) fn hear(&mut self, task: Task, said: JobSaid) {
+        self.version += 1;
+        let Some(run) = self.runs.get_mut(&task) else { return };
+        let document = run.hear(said).cloned();
+        let (made_of, running) = (run.made_of.clone(), run.running);
+        if let Some(document) = document.filter(|_| task == Task::Prepare) {
+            self.project.take(made_of.0, made_of.1, document);
+        }
+        if !running {
+            self.jobs.remove(&task);
+        }
+    }
+
+    /// A running job gets a word.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::NotRunning`] and [`WorkbenchError::NotStarted`].
+    pub(super) fn word(&mut self, task: Task, word: JobWord) -> Result<(), WorkbenchError> {
+        self.version += 1;
+        let job = self.jobs.get_mut(&task).ok_or(WorkbenchError::NotRunning)?;
+        job.word(word, task.prints()).map_err(|source| WorkbenchError::NotStarted { source })?;
+        self.runs.get_mut(&task).into_iter().for_each(|run| run.answered(word == JobWord::Stop));
+        Ok(())
+    }
+
+    /// Whether a print runs.
+    pub(super) fn prints(&self) -> bool {
+        self.runs.values().any(|run| run.running && run.task.prints())
+    }
+
+    /// Ends every job that is no print; the process of one that is.
+    pub(super) fn end(&self) -> Option<u32> {
+        self.jobs.iter().filter(|(task, _)| !task.prints()).for_each(|(_, job)| job.end());
+        self.jobs.iter().find(|(task, _)| task.prints()).map(|(_, job)| job.process)
+    }
+
+    /// Takes the document of `trunnion profile list`.
+    pub(super) fn take_machines(&mut self, list: Value) {
+        let text = |row: &Value, key: &str| row[key].as_str().map(str::to_owned);
+        let rows = list.as_array().into_iter().flatten();
+        self.names.extend(rows.filter_map(|row| text(row, "file").or_else(|| text(row, "name"))));
+        self.machines = list;
+        self.version += 1;
+    }
+
+    /// The state as the page shows it.
+    pub(super) fn document(&self) -> Value {
+        let mut document = self.project.document();
+        document["runs"] = self.runs.iter().map(|(task, run)| (task.name().to_owned(), run.document())).collect();
+        document["version"] = self.version.into();
+        document["folder"] = self.folder.as_str().into();
+        document["busy"] = self.runs.values().any(|run| run.running).into();
+        document
+    }
+
+    /// The machines as the page shows them, and the one that was named on the command line.
+    pub(super) fn machines(&self) -> Value {
+        json!({"machines": self.machines, "own": self.names.first()})
+    }
+}
