@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::document;
 use crate::geom::Object;
 use crate::job::{self, LoadedProfile, MachineSource, ModelSource, Source, World};
-use crate::mesh::{TriangleMesh, Unit};
+use crate::mesh::{ProjectPlates, TriangleMesh, Unit};
 use crate::overhang::OverhangRule;
 use crate::view::{DrawnMachine, Shapes};
 
@@ -38,7 +38,8 @@ fn refused(error: &job::Error) -> Value {
 /// Why it cannot be read, as a document.
 pub(super) fn model(path: &str, unit: &str, world: &World<'_>) -> Result<Vec<u8>, Value> {
     let unit = unit.parse::<Unit>().ok();
-    let source = ModelSource { source: Source::from(std::path::Path::new(path)), unit, repair: true };
+    let plates = ProjectPlates::All;
+    let source = ModelSource { unit, plates, ..ModelSource::from(Source::from(std::path::Path::new(path))) };
     let loaded = job::load_model(&source, world).map_err(|error| refused(&error.into()))?;
     let solids: Vec<TriangleMesh<Object>> = loaded.model.parts.iter().map(|part| part.mesh.clone()).collect();
     let shapes = Shapes::of(&solids);
