@@ -198,8 +198,11 @@ def main():
         run(folder, "prepare", "tee.stl", *machine, "-o", "tee.gcode", "--preview", "tee.html")
         run(folder, "prepare", "mushroom.stl", *machine, "--split", "never", "-o", "mushroom.gcode", "--preview", "mushroom.html")
         run(folder, "prepare", "candelabrum.stl", *machine, "-o", "candelabrum.gcode", "--preview", "candelabrum.html")
-        (folder / "hook.stl").write_bytes((ROOT / "fixtures/hook.stl").read_bytes())
-        workbench(folder, "workbench.png")
+        # The page shows the name of the project's folder.
+        project = folder / "hook"
+        project.mkdir()
+        (project / "hook.stl").write_bytes((ROOT / "fixtures/hook.stl").read_bytes())
+        workbench(project, "workbench.png")
         near = "camera.distance *= 0.62; invalidate()"
         feature = "state.mode = 'feature'; recolour()"
         shot(folder, "tee.html", "tee-in-parts.png", "state.table = false; invalidate()", near)

@@ -139,7 +139,7 @@ function show() {
   if (page.copied !== false && page.copied !== byId('command')?.textContent) page.copied = false;
   document.body.dataset.room = page.room;
   morph(byId('machine-box'), machineBox(page.state, page.machines));
-  byId('folder').textContent = TEXTS.folder(page.state.folder);
+  byId('folder').textContent = TEXTS.folder(page.state.folder.split(/[\\/]/).filter(Boolean).pop() ?? page.state.folder);
   byId('folder').title = page.state.folder;
   morph(byId('panel'), panel());
   byId('panel').setAttribute('aria-labelledby', `room-${page.room}`);
