@@ -550,7 +550,7 @@ fn what_is_ignored_of_a_project_is_said() {
         (
             "Metadata/Slic3r_PE_model.config",
             setting("fill_density", "80%"),
-            "Lid has settings of its own, which are ignored: fill_density = 80%",
+            "fill_density = 80%",
         ),
         ("Metadata/Slic3r_PE_model.config", setting("extruder", "2"), "extruder = 2"),
         ("Metadata/Slic3r_PE_model.config", setting("extruder", "1"), ""),
