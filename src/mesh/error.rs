@@ -51,6 +51,8 @@ pub enum FilePlace {
     },
     /// A part, numbered from 0 in the order of the first facets in the file.
     Part(usize),
+    /// A solid, object or group by the name that the file has for it.
+    Named(String),
 }
 
 impl fmt::Display for FilePlace {
@@ -62,7 +64,50 @@ impl fmt::Display for FilePlace {
             Self::Facet(at) => write!(out, "facet {at}: "),
             Self::Entry { name, byte } => write!(out, "{name}, byte {byte}: "),
             Self::Part(id) => write!(out, "part {id}: "),
+            Self::Named(name) => write!(out, "{name}: "),
         }
+    }
+}
+
+/// Places of one kind in a model, file units: the first ten, and how many more there are.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Places {
+    /// Those that are named.
+    pub named: Vec<Vec3>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl Places {
+    /// As many as are named.
+    const MOST: usize = 10;
+
+    /// All places, in their order.
+    pub(super) fn of(all: impl IntoIterator<Item = Vec3>) -> Self {
+        let mut places = Self::default();
+        all.into_iter().for_each(|at| places.add(at));
+        places
+    }
+
+    /// One more place.
+    pub(super) fn add(&mut self, at: Vec3) {
+        if self.named.len() < Self::MOST {
+            self.named.push(at);
+        } else {
+            self.more += 1;
+        }
+    }
+}
+
+impl fmt::Display for Places {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, at) in self.named.iter().enumerate() {
+            let between = if index > 0 { ", " } else { "" };
+            // Adding zero keeps "-0.000" out.
+            let [x, y, z] = [at.x, at.y, at.z].map(|v| (v * 1e3).round() / 1e3 + 0.0);
+            write!(out, "{between}({x:.3}, {y:.3}, {z:.3})")?;
+        }
+        if self.more > 0 { write!(out, " and {} more places", self.more) } else { Ok(()) }
     }
 }
 
@@ -80,11 +125,32 @@ pub enum Fault {
     #[error("not a format trunnion reads (binary or ascii stl, obj, off, 3mf); export the model as one of these")]
     UnknownFormat,
     /// A part as a CAD program keeps it: surfaces, and no facets.
-    #[error("{kind} stores surfaces, and a printer needs facets; export STL, 3MF or OBJ from the CAD program")]
+    #[error(
+        "{kind} stores surfaces, and a printer needs facets; export STL or 3MF from the CAD program, or run `{command}`"
+    )]
     Surfaces {
         /// STEP or IGES.
         kind: &'static str,
+        /// What makes facets of it, as a shell takes it.
+        command: String,
     },
+    /// What a CAD program keeps for itself.
+    #[error("this is {kind}, which only its own program reads; export STL, 3MF or STEP from it")]
+    Design {
+        /// What it is.
+        kind: &'static str,
+    },
+    /// A model that is packed into something else.
+    #[error("this is a {kind} archive, not a model; unpack it and use {within}")]
+    Compressed {
+        /// gzip or zip.
+        kind: &'static str,
+        /// The model in it, as far as its name is known.
+        within: String,
+    },
+    /// Text in another encoding.
+    #[error("the text is encoded in UTF-16, and models are in UTF-8; save it as UTF-8")]
+    Utf16,
     /// What a slicer has made already.
     #[error("this is G-code, made from a model; give the model itself")]
     Program,
@@ -249,15 +315,12 @@ pub enum Fault {
         limit: usize,
     },
     /// A surface with holes.
-    #[error(
-        "{edges} open edges (a solid has 0), one at ({:.3}, {:.3}, {:.3}) in file units; {remedy}",
-        at.x, at.y, at.z
-    )]
+    #[error("{edges} open edges (a solid has 0), near {at} in file units; {remedy}")]
     Open {
         /// Edges that bound one facet only.
         edges: usize,
-        /// The middle of one of them, in file units.
-        at: Vec3,
+        /// The middle of each hole, in file units.
+        at: Places,
         /// What the user can do.
         remedy: &'static str,
     },

@@ -61,7 +61,7 @@ pub use box_tree::BoxTree;
 pub(crate) use cap::{CapPatch, NoCap, THIN_MM, patches, sides_of};
 pub use containing::{Containing, containing};
 pub(crate) use edges::EdgeMap;
-pub use error::{Fault, FilePlace, MAX_COORDINATE, MeshError};
+pub use error::{Fault, FilePlace, MAX_COORDINATE, MeshError, Places};
 pub use fans::{Fanned, fanned};
 pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};
 pub use model::{Away, DrawnModel, Model, Part, TABLE_GAP_MM};

@@ -15,6 +15,9 @@ use crate::spelling::{part_named, unnamed};
 /// A part stands on the table up to this height above the model's lowest point, mm.
 pub const TABLE_GAP_MM: f64 = 0.05;
 
+/// Corners up to so far apart are joined where that closes a surface, mm: a tenth of a line.
+const CRACK_MM: f64 = 0.04;
+
 /// Warnings that are kept; of more, only the number.
 const MOST_WARNINGS: usize = 1000;
 
@@ -95,7 +98,8 @@ impl Model {
             soup.warnings.push(format!("{dropped} facets that use one vertex twice were removed"));
         }
         let unit = choose_unit(&mut soup, options.unit);
-        let surfaces = parts::parts(&mut soup, options.repair)?;
+        let mended_to = options.repair.then(|| CRACK_MM / unit.millimetres());
+        let surfaces = parts::parts(&mut soup, mended_to)?;
         if surfaces.is_empty() {
             return Err(Fault::Collapsed { facets }.at(FilePlace::File));
         }

@@ -2,8 +2,8 @@
 
 use super::box_tree::BoxTree;
 use super::error::{Fault, FilePlace, Located};
-use super::shells::{Surface, closed_runs, closed_shells};
-use super::soup::Soup;
+use super::shells::{Surface, closed_shells, mended_shells};
+use super::soup::{Label, Soup};
 use super::winding::winding;
 use crate::geom::{Bounds, Vec3};
 use crate::spelling::counted;
@@ -21,31 +21,31 @@ struct Shell {
 }
 
 /// The parts of a welded soup, in the order of their first facets; cavities are with their parts, and all face out of
-/// the material. Warnings go to `soup.warnings`.
-pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Located> {
+/// the material. Warnings go to `soup.warnings`. Where `mended_to` is given, what is open is mended, and corners are joined that are up to so many
+/// file units apart.
+pub(super) fn parts(soup: &mut Soup, mended_to: Option<f64>) -> Result<Vec<Surface>, Located> {
     let body = |index: usize| soup.names[soup.labels[index] as usize].body;
     let indices: Vec<usize> = (0..soup.facets.len()).collect();
     let bodies: Vec<_> = indices.chunk_by(|&a, &b| body(a) == body(b)).map(|run| run[0]..run[0] + run.len()).collect();
     let mut warnings = Vec::new();
     let (mut found, mut parts, mut flat) = (0, Vec::new(), Flat::default());
     for body in bodies {
+        let first = body.start as u32;
+        let facets = &soup.facets[body];
+        let closed = match mended_to {
+            Some(most) => mended_shells(&mut soup.vertices, facets, first, most, &mut warnings)
+                .map_err(|(facet, fault)| fault.at(named(&soup.names[soup.labels[facet as usize] as usize])))?,
+            None => closed_shells(&soup.vertices, facets, first)
+                .map_err(|(index, fault)| fault.at(FilePlace::Part(found + index)))?,
+        };
         let mut shells = Vec::new();
-        for run in closed_runs(&soup.facets[body.clone()]) {
-            let run = body.start + run.start..body.start + run.end;
-            let surface = Surface {
-                facets: soup.facets[run.clone()].to_vec(),
-                source: (run.start as u32..run.end as u32).collect(),
-            };
-            let closed = closed_shells(&soup.vertices, surface, repair, &mut warnings);
-            let closed = closed.map_err(|(index, fault)| fault.at(FilePlace::Part(found + index)))?;
-            for surface in closed {
-                let (first, facets) = (surface.source[0], surface.facets.len());
-                match measure(&soup.vertices, surface) {
-                    Ok(shell) => shells.push(shell),
-                    Err(fault) => flat.add(fault.at(FilePlace::Part(found)), first, facets),
-                }
-                found += 1;
+        for surface in closed {
+            let (first, facets) = (surface.source[0], surface.facets.len());
+            match measure(&soup.vertices, surface) {
+                Ok(shell) => shells.push(shell),
+                Err(fault) => flat.add(fault.at(FilePlace::Part(found)), first, facets),
             }
+            found += 1;
         }
         parts.extend(nest(&soup.vertices, shells, &mut warnings));
     }
@@ -61,6 +61,11 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
     parts.sort_by_key(|part: &Surface| part.source[0]);
     soup.warnings.append(&mut warnings);
     Ok(parts)
+}
+
+/// Where something that is called so is, in the file's words.
+fn named(label: &Label) -> FilePlace {
+    label.name.clone().map_or(FilePlace::File, FilePlace::Named)
 }
 
 /// Surfaces that are folded flat onto themselves: no slicer lays anything there.

@@ -8,6 +8,7 @@ mod plates;
 mod roles;
 mod stl_ascii;
 mod stl_binary;
+mod strangers;
 mod threemf;
 mod threemf_xml;
 
@@ -86,32 +87,29 @@ fn read(bytes: &[u8], name: &str, plates: ProjectPlates) -> Result<Soup, Located
     if bytes.is_empty() {
         return Err(Fault::Empty.at(FilePlace::File));
     }
-    if is_web_page(bytes) {
-        return Err(Fault::WebPage.at(FilePlace::File));
+    // A mark of the encoding, which says nothing of a binary file.
+    let marked = bytes.strip_prefix(b"\xef\xbb\xbf").filter(|_| !stl_binary::has_exact_length(bytes));
+    let bytes = marked.unwrap_or(bytes);
+    if let Some(fault) = strangers::known(bytes, name) {
+        return Err(fault.at(FilePlace::File));
     }
-    let soup = match format_of(bytes, name).ok_or_else(|| stranger(bytes, name).at(FilePlace::File))? {
+    let soup = match format_of(bytes, name).ok_or_else(|| strangers::by_name(bytes, name).at(FilePlace::File))? {
         Format::StlBinary => stl_binary::read(bytes)?,
         Format::StlAscii => stl_ascii::read(bytes)?,
         Format::Obj => obj::read(bytes)?,
         Format::Off => off::read(bytes)?,
-        Format::ThreeMf => threemf::read(bytes, plates)?,
+        Format::ThreeMf => match threemf::read(bytes, plates) {
+            Ok(soup) if !soup.facets.is_empty() => soup,
+            other => match strangers::in_archive(bytes, name) {
+                Some(fault) => return Err(fault.at(FilePlace::File)),
+                None => other?,
+            },
+        },
     };
     if let (ProjectPlates::Number(given), false) = (plates, format_of(bytes, name) == Some(Format::ThreeMf)) {
         return Err(Fault::NoPlates { given }.at(FilePlace::File));
     }
     if soup.facets.is_empty() { Err(Fault::NoFacets.at(FilePlace::File)) } else { Ok(soup) }
-}
-
-/// What a file is that holds no facets, by how it begins; by its name where that says nothing.
-fn stranger(bytes: &[u8], name: &str) -> Fault {
-    let extension = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
-    let is_iges = || bytes.get(72..80).is_some_and(|word| word == b"S      1");
-    match &*extension {
-        _ if bytes.starts_with(b"ISO-10303-21") => Fault::Surfaces { kind: "STEP" },
-        "igs" | "iges" if is_iges() => Fault::Surfaces { kind: "IGES" },
-        "gcode" | "gco" | "g" | "nc" | "ngc" => Fault::Program,
-        _ => Fault::UnknownFormat,
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,13 +124,6 @@ enum Format {
 /// How much of a file is looked at to recognise text.
 const HEAD: usize = 4096;
 
-/// What is saved where a download asks for a login first, under the model's name.
-fn is_web_page(bytes: &[u8]) -> bool {
-    let text = bytes.trim_ascii_start();
-    let begins = |with: &str| text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with.as_bytes()));
-    !stl_binary::has_exact_length(bytes) && (begins("<!doctype html") || begins("<html"))
-}
-
 fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
     if stl_binary::has_exact_length(bytes) {
         return Some(Format::StlBinary);
@@ -141,7 +132,7 @@ fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
         return Some(Format::ThreeMf);
     }
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD)]);
-    let text = head.trim_start_matches('\u{feff}').trim_start();
+    let text = head.trim_start();
     let first = text.split_whitespace().next().unwrap_or("");
     if off::is_header(first) {
         return Some(Format::Off);

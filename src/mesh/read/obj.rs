@@ -1,5 +1,7 @@
 //! Wavefront OBJ through `tobj`.
 
+use std::borrow::Cow;
+
 use crate::geom::Vec3;
 use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
@@ -54,31 +56,63 @@ fn append(soup: &mut Soup, model: tobj::Model) -> Result<(), Fault> {
 /// `tobj` 4.0.5 overflows on a normal number far below zero (`f 1//-9 ...`) and finds a wrong vertex number only at the
 /// end of its group; here the line is still known.
 fn plain(text: &str) -> Result<String, Located> {
-    let count = text.lines().filter(|line| line.split_whitespace().next() == Some("v")).count();
+    let count = lines(text).filter(|(_, _, line)| line.split_whitespace().next() == Some("v")).count();
     let mut plain = String::with_capacity(text.len());
     let mut seen = 0;
-    for (index, line) in text.lines().enumerate() {
+    for (number, taken, line) in lines(text) {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => {
                 seen += 1;
                 plain.push('v');
-                words.take(3).for_each(|word| push_word(&mut plain, word));
+                uncommented(words).take(3).for_each(|word| push_word(&mut plain, word));
             }
             Some("f") => {
                 plain.push('f');
-                for word in words {
-                    let corner =
-                        corner(word, seen, count).map_err(|fault| fault.at(FilePlace::Line(index as u64 + 1)))?;
+                for word in uncommented(words) {
+                    let corner = corner(word, seen, count).map_err(|fault| fault.at(FilePlace::Line(number)))?;
                     push_word(&mut plain, &corner.to_string());
                 }
             }
             Some("g" | "o") => plain.push_str(line.trim()),
             _ => {}
         }
-        plain.push('\n');
+        // As many as in the file, so that a line has its number.
+        plain.extend(std::iter::repeat_n('\n', taken));
     }
     Ok(plain)
+}
+
+/// The file's lines, each with its number, from 1, and how many lines of the file it takes: a backslash at the end goes on in the next one.
+fn lines(text: &str) -> impl Iterator<Item = (u64, usize, Cow<'_, str>)> {
+    let mut rest = text.lines();
+    let mut number = 1;
+    std::iter::from_fn(move || {
+        let (first, mut taken) = (number, 1);
+        let mut line = Cow::Borrowed(rest.next()?);
+        while let Some(begun) = line.trim_end().strip_suffix('\\') {
+            let Some(next) = rest.next() else {
+                line = Cow::Owned(begun.to_owned());
+                break;
+            };
+            line = Cow::Owned(format!("{begun} {next}"));
+            taken += 1;
+        }
+        number += taken as u64;
+        Some((first, taken, line))
+    })
+}
+
+/// The words before a comment, which may begin within one.
+fn uncommented<'a>(words: impl Iterator<Item = &'a str>) -> impl Iterator<Item = &'a str> {
+    let mut is_over = false;
+    let parts = words.map_while(move |word| {
+        let (before, comment) = word.split_once('#').map_or((word, false), |(before, _)| (before, true));
+        let is_read = !is_over;
+        is_over |= comment;
+        is_read.then_some(before)
+    });
+    parts.filter(|word| !word.is_empty())
 }
 
 fn push_word(text: &mut String, word: &str) {
@@ -122,6 +156,29 @@ mod tests {
         let soup = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 9 9 9\n").unwrap();
         assert_eq!(soup.facets.len(), 1);
         assert!(soup.facets[0].iter().all(|&i| soup.vertices[i as usize].x < 2.0));
+    }
+
+    #[test]
+    fn lines_go_on_behind_a_backslash_and_end_at_a_comment() {
+        let plain = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let wanted = read(plain.as_bytes()).unwrap();
+        for other in [
+            plain.replace("f 1 2", "f 1 \\\n 2 \\ \n"),
+            plain.replace("f 1 2", "f \\\r\n1 2\\\r\n"),
+            plain.replace("v 1 0 0", "v 1 \\\n0 0"),
+            plain.replace('\n', " # side 4\n"),
+            plain.replace('\n', "# side\n"),
+            plain.replace('\n', "#\n"),
+            plain.replace("f 1 2 3\n", "f 1 2 3 \\"),
+        ] {
+            let soup = read(other.as_bytes()).unwrap_or_else(|error| panic!("{other}: {error:?}"));
+            assert_eq!((&soup.vertices, &soup.facets), (&wanted.vertices, &wanted.facets), "{other}");
+        }
+        // What is wrong is where it begins, whatever was continued before it.
+        let error = read(b"v 0 0 0\nv 1 \\\n0 0\nv 0 1 0\nf 1 2 \\\n 9\n").unwrap_err();
+        assert_eq!(error.place, FilePlace::Line(5));
+        let error = read(b"v 0 0 0\nv 1 \\\n0 0\nv 0 x 0\nf 1 2 3\n").unwrap_err();
+        assert_eq!(error.place, FilePlace::Line(4));
     }
 
     #[test]

@@ -1,14 +1,17 @@
 //! Shells: facets joined across paired edges, each closed and consistently wound or refused.
 
+mod cracks;
 mod holes;
+mod lids;
 mod pairing;
 mod repair;
+mod sheets;
 
 use std::ops::Range;
 
 use hashbrown::HashMap;
 
-use super::error::Fault;
+use super::error::{Fault, Places};
 use crate::geom::Vec3;
 use pairing::EdgeLink;
 pub(super) use pairing::pair_edges;
@@ -21,6 +24,12 @@ pub(super) struct Surface {
 }
 
 impl Surface {
+    /// A stretch of a body whose first facet is the file's facet `first`.
+    fn of(facets: &[[u32; 3]], run: Range<usize>, first: u32) -> Self {
+        let source = run.clone().map(|index| first + index as u32).collect();
+        Self { facets: facets[run].to_vec(), source }
+    }
+
     /// The facets at `indices`, in that order.
     fn select(&self, indices: &[u32]) -> Self {
         let pick = |&index: &u32| (self.facets[index as usize], self.source[index as usize]);
@@ -55,43 +64,97 @@ impl Shell {
     fn is_sound(&self) -> bool {
         self.open.is_empty() && self.twisted == 0
     }
-
-    /// What is wrong with it; `None` for a sound shell.
-    fn fault(&self, vertices: &[Vec3], repaired: bool) -> Option<Fault> {
-        let remedy = if repaired {
-            "repair it in the program that made it (the automatic repair failed)"
-        } else {
-            "leave out --no-repair"
-        };
-        if let Some([a, b]) = self.open.first() {
-            let at = (vertices[*a as usize] + vertices[*b as usize]) * 0.5;
-            return Some(Fault::Open { edges: self.open.len(), at, remedy });
-        }
-        (self.twisted > 0).then_some(Fault::Winding { edges: self.twisted, remedy })
-    }
 }
 
-/// The closed shells of a surface, in the order of their first facets, and what was mended.
+/// The closed shells of a body, whose facets follow each other from the file's facet `first` on, in the order of their first facets. Nothing is mended.
 ///
 /// # Errors
 ///
 /// The number of the first unsound shell and its fault.
 pub(super) fn closed_shells(
     vertices: &[Vec3],
-    mut surface: Surface,
-    repair: bool,
-    warnings: &mut Vec<String>,
+    facets: &[[u32; 3]],
+    first: u32,
 ) -> Result<Vec<Surface>, (usize, Fault)> {
-    let mut shells = shells(vertices, &surface.facets);
-    if repair && !shells.iter().all(Shell::is_sound) {
-        repair::mend(vertices, &mut surface, warnings);
-        shells = self::shells(vertices, &surface.facets);
+    const REMEDY: &str = "leave out --no-repair";
+    let mut found = Vec::new();
+    for run in closed_runs(facets) {
+        let surface = Surface::of(facets, run, first);
+        let shells = shells(vertices, &surface.facets);
+        if let Some(number) = shells.iter().position(|shell| !shell.is_sound())
+            && let Some((_, fault)) = fault(vertices, &surface, &shells[number..=number], REMEDY)
+        {
+            return Err((found.len() + number, fault));
+        }
+        found.extend(shells.iter().map(|shell| surface.select(&shell.facets)));
     }
-    let fault = |(index, shell): (usize, &Shell)| shell.fault(vertices, repair).map(|fault| (index, fault));
-    match shells.iter().enumerate().find_map(fault) {
-        Some(fault) => Err(fault),
-        None => Ok(shells.iter().map(|shell| surface.select(&shell.facets)).collect()),
+    Ok(found)
+}
+
+/// As [`closed_shells`], of what is mended first where it is not closed, with corners joined that are up to `most` file units apart. New
+/// vertices are appended to `vertices`.
+///
+/// # Errors
+///
+/// The file's facet at which the first of all that could not be mended lies, and the fault.
+pub(super) fn mended_shells(
+    vertices: &mut Vec<Vec3>,
+    facets: &[[u32; 3]],
+    first: u32,
+    most: f64,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Surface>, (u32, Fault)> {
+    const REMEDY: &str = "repair it in the program that made it (the automatic repair failed)";
+    let (mut sound, mut broken) = sorted(vertices, facets, |index| first + index as u32);
+    if repair::has_repeats(facets) {
+        // The same facets once more, in whatever order: one copy is the solid where it closes by itself.
+        let mut once = Surface::of(facets, 0..facets.len(), first);
+        let dropped = repair::drop_repeats(&mut once);
+        let (closed, open) = sorted(vertices, &once.facets, |index| once.source[index]);
+        if open.facets.is_empty() || !broken.facets.is_empty() {
+            (sound, broken) = (closed, open);
+            warnings.push(repair::repeats_dropped(dropped));
+        }
     }
+    if broken.facets.is_empty() {
+        return Ok(sound);
+    }
+    repair::mend(vertices, &mut broken, &sound, most, warnings);
+    let shells = shells(vertices, &broken.facets);
+    if let Some(fault) = fault(vertices, &broken, &shells, REMEDY) {
+        return Err(fault);
+    }
+    sound.extend(shells.iter().map(|shell| broken.select(&shell.facets)));
+    Ok(sound)
+}
+
+/// Closed shells, and the facets of all stretches that are not made of such.
+fn sorted(vertices: &[Vec3], facets: &[[u32; 3]], source: impl Fn(usize) -> u32) -> (Vec<Surface>, Surface) {
+    let (mut sound, mut broken) = (Vec::new(), Surface::default());
+    for run in closed_runs(facets) {
+        let surface = Surface { facets: facets[run.clone()].to_vec(), source: run.map(&source).collect() };
+        let shells = shells(vertices, &surface.facets);
+        if shells.iter().all(Shell::is_sound) {
+            sound.extend(shells.iter().map(|shell| surface.select(&shell.facets)));
+        } else {
+            broken.facets.extend(surface.facets);
+            broken.source.extend(surface.source);
+        }
+    }
+    (sound, broken)
+}
+
+/// What is wrong with shells, with every place; `None` where all are sound.
+fn fault(vertices: &[Vec3], surface: &Surface, shells: &[Shell], remedy: &'static str) -> Option<(u32, Fault)> {
+    let first = shells.iter().find(|shell| !shell.is_sound()).and_then(|shell| shell.facets.first())?;
+    let open: Vec<[u32; 2]> = shells.iter().flat_map(|shell| shell.open.iter().copied()).collect();
+    let fault = if open.is_empty() {
+        Fault::Winding { edges: shells.iter().map(|shell| shell.twisted).sum(), remedy }
+    } else {
+        let at = Places::of(holes::borders(&open).iter().map(|border| holes::middle(vertices, border)));
+        Fault::Open { edges: open.len(), at, remedy }
+    };
+    Some((surface.source[*first as usize], fault))
 }
 
 /// The connected pieces, in the order of their first facets.
@@ -105,6 +168,15 @@ fn shells(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Shell> {
         }
     }
     shells
+}
+
+/// Sides with a facet on one side only.
+fn open_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let links = pairing::pair_edges(vertices, facets);
+    let sides = facets.iter().zip(&links).flat_map(|(facet, links)| {
+        (0..3).filter(|&side| links[side].is_none()).map(|side| [facet[side], facet[(side + 1) % 3]])
+    });
+    sides.collect()
 }
 
 fn flood(first: u32, number: u32, facets: &[[u32; 3]], links: &[[Option<EdgeLink>; 3]], shell_of: &mut [u32]) -> Shell {
@@ -162,18 +234,14 @@ pub(super) fn closed_runs(facets: &[[u32; 3]]) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Surface, closed_runs, closed_shells};
+    use super::{closed_runs, closed_shells};
     use crate::geom::Vec3;
-    use crate::mesh::error::Fault;
+    use crate::mesh::error::{Fault, Places};
 
     const TETRA: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
     fn corner() -> Vec<Vec3> {
         vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]
-    }
-
-    fn surface(facets: &[[u32; 3]]) -> Surface {
-        Surface { facets: facets.to_vec(), source: (0..facets.len() as u32).collect() }
     }
 
     #[test]
@@ -188,9 +256,9 @@ mod tests {
 
     #[test]
     fn a_missing_facet_leaves_three_open_edges() {
-        let (shell, fault) = closed_shells(&corner(), surface(&TETRA[..3]), false, &mut Vec::new()).unwrap_err();
+        let (shell, fault) = closed_shells(&corner(), &TETRA[..3], 0).unwrap_err();
         assert_eq!(shell, 0);
-        let at = Vec3::new(0.5, 0.5, 0.0);
+        let at = Places::of([Vec3::repeat(1.0 / 3.0)]);
         assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "leave out --no-repair" });
     }
 
@@ -198,7 +266,7 @@ mod tests {
     fn a_facet_turned_over_leaves_three_twisted_edges() {
         let mut facets = TETRA;
         facets[1].swap(0, 1);
-        let (_, fault) = closed_shells(&corner(), surface(&facets), false, &mut Vec::new()).unwrap_err();
+        let (_, fault) = closed_shells(&corner(), &facets, 0).unwrap_err();
         assert_eq!(fault, Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
     }
 }

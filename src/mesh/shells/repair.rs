@@ -1,11 +1,14 @@
-//! What mending may do, and no more: merge border vertices, drop repeats and what has no area, part sides at corners that lie on them, turn facets
-//! over, fill flat holes.
+//! What mending may do, and no more: merge border vertices, drop repeats and what has no area, part sides at corners that lie on them, join corners a
+//! little apart, drop what encloses nothing, turn facets over, fill holes.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{Shell, Surface, holes, pairing, shells};
+use super::cracks::Joined;
+use super::lids::Filled;
+use super::{Surface, cracks, lids, open_edges, pairing, sheets, shells};
 use crate::geom::{Bounds, Vec3};
 use crate::mesh::box_tree::BoxTree;
+use crate::mesh::error::Places;
 
 /// Border vertices nearer than this share of the open shells' diagonal are one: it spans the last digits in which
 /// exporters disagree, and lies far below a nozzle's width.
@@ -15,23 +18,113 @@ const BARE: f64 = 1e-9;
 /// A facet may have corners on each of its sides.
 const ROUNDS: usize = 4;
 
-/// Mends what it can; whether it sufficed is for the caller to see.
-pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<String>) {
-    let mut say = |count: usize, text: String| {
-        if count > 0 {
-            warnings.push(format!("repair: {text}"));
-        }
-    };
+/// Mends what it can; whether it sufficed is for the caller to see. `sound` is what of the same body is closed already; corners up to `most` file
+/// units apart may be joined.
+pub(super) fn mend(
+    vertices: &mut Vec<Vec3>,
+    surface: &mut Surface,
+    sound: &[Surface],
+    most: f64,
+    warnings: &mut Vec<String>,
+) {
+    let mut said = Said::default();
     let (merged, within) = merge_border(vertices, surface);
-    say(merged, format!("{merged} border vertices merged with others within {within:.3e} file units"));
-    let dropped = drop_repeats(surface) + drop_bare(vertices, surface);
-    say(dropped, format!("{dropped} collapsed or repeated facets removed"));
-    let parted = part_sides(vertices, surface, within);
-    say(parted, format!("{parted} facet edges split at vertices on them"));
+    said.add(merged, || format!("{merged} border vertices merged with others within {within:.3e} file units"));
+    let dropped = drop_repeats(surface) + drop_bare(vertices, surface) + sheets::drop_opposites(surface, sound);
+    said.add(dropped, || repeats(dropped));
+
+    // As the corners are; and joined, from before sides were parted: a side is no longer than the crack where it was parted beside one.
+    let mut as_they_are = (surface.clone(), said.clone());
+    let parted = part_sides(vertices, &mut as_they_are.0, within);
+    as_they_are.1.add(parted, || sides_parted(parted));
+    let mut tries = vec![as_they_are];
+    if !open_edges(vertices, &tries[0].0.facets).is_empty() {
+        let mut joined = (std::mem::take(surface), said);
+        if let Some(found) = cracks::join(vertices, &mut joined.0, within, most) {
+            let Joined { corners, distance, at, parted, .. } = found;
+            let near = Places::of([at]);
+            joined.1.add(corners, || {
+                format!("{corners} corners moved by up to {distance:.2e} file units to join them, most near {near}")
+            });
+            joined.1.add(parted, || sides_parted(parted));
+            tries.insert(if found.left == 0 { 0 } else { 1 }, joined);
+        }
+    }
+    let mut best: Option<(usize, Surface, Said)> = None;
+    for (mut tried, mut said) in tries {
+        finish(vertices, &mut tried, sound, most, &mut said);
+        let left = shells(vertices, &tried.facets).iter().map(|shell| shell.open.len() + shell.twisted).sum();
+        if best.as_ref().is_none_or(|best| left < best.0) {
+            best = Some((left, tried, said));
+        }
+        if left == 0 {
+            break;
+        }
+    }
+    if let Some((_, mended, said)) = best {
+        *surface = mended;
+        warnings.extend(said.0.into_iter().map(|text| format!("repair: {text}")));
+    }
+}
+
+/// What was mended, each thing that was done at all.
+#[derive(Clone, Default)]
+struct Said(Vec<String>);
+
+impl Said {
+    fn add(&mut self, count: usize, text: impl Fn() -> String) {
+        self.0.extend((count > 0).then(text));
+    }
+}
+
+/// What mending does where the corners are as they are to stay.
+fn finish(vertices: &[Vec3], surface: &mut Surface, sound: &[Surface], most: f64, said: &mut Said) {
+    let hanging = sheets::drop_hanging(vertices, surface, sound);
+    said.add(hanging.facets, || {
+        format!("{} facets removed that enclose nothing, near {}", hanging.facets, hanging.places)
+    });
     let turned = turn_facets(vertices, surface);
-    say(turned, format!("{turned} facets flipped to agree with their neighbours"));
-    let (filled, facets) = fill(vertices, surface);
-    say(filled, format!("{filled} flat holes filled with {facets} facets"));
+    said.add(turned, || format!("{turned} facets flipped to agree with their neighbours"));
+    let loose = sheets::drop_sheets(vertices, surface, sound, most);
+    said.add(loose.facets, || {
+        format!("{} loose facets removed that enclose nothing, near {}", loose.facets, loose.places)
+    });
+    let Filled { holes, facets, places } = lids::fill(vertices, surface, most);
+    said.add(holes, || format!("{holes} holes filled with {facets} facets, near {places}"));
+}
+
+fn repeats(dropped: usize) -> String {
+    format!("{dropped} collapsed or repeated facets removed")
+}
+
+/// The warning about facets that were in the file twice.
+pub(super) fn repeats_dropped(dropped: usize) -> String {
+    format!("repair: {}", repeats(dropped))
+}
+
+fn sides_parted(parted: usize) -> String {
+    format!("{parted} facet edges split at vertices on them")
+}
+
+/// Whether a facet may be there twice in the same sense; it is seldom said of what has none.
+pub(super) fn has_repeats(facets: &[[u32; 3]]) -> bool {
+    let mix = |word: u64| (word ^ word >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    let key = |&facet: &[u32; 3]| rotated(facet).iter().fold(0, |key, &corner| mix(key ^ u64::from(corner)));
+    let mut keys: Vec<u64> = facets.iter().map(key).collect();
+    keys.sort_unstable();
+    keys.windows(2).any(|two| two[0] == two[1])
+}
+
+/// The same facet from its least corner on.
+fn rotated([a, b, c]: [u32; 3]) -> [u32; 3] {
+    let least = a.min(b).min(c);
+    if least == a {
+        [a, b, c]
+    } else if least == b {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
 }
 
 /// Merges vertices on open edges; returns how many went and the tolerance.
@@ -76,20 +169,10 @@ fn merge_map(vertices: &[Vec3], border: &BTreeSet<u32>, within: f64) -> HashMap<
 }
 
 /// Drops facets that name a vertex twice and later copies of a facet of the same sense; returns how many.
-fn drop_repeats(surface: &mut Surface) -> usize {
+pub(super) fn drop_repeats(surface: &mut Surface) -> usize {
     let given = surface.facets.len();
     let mut seen = HashSet::with_capacity(given);
-    surface.retain(|&[a, b, c]| {
-        let least = a.min(b).min(c);
-        let turned = if least == a {
-            [a, b, c]
-        } else if least == b {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
-        a != b && b != c && c != a && seen.insert(turned)
-    });
+    surface.retain(|&[a, b, c]| a != b && b != c && c != a && seen.insert(rotated([a, b, c])));
     given - surface.facets.len()
 }
 
@@ -112,7 +195,7 @@ fn drop_bare(vertices: &[Vec3], surface: &mut Surface) -> usize {
 }
 
 /// Parts open sides at corners of other open sides that lie on them, as programs leave them that put solids together; returns how many.
-fn part_sides(vertices: &[Vec3], surface: &mut Surface, within: f64) -> usize {
+pub(super) fn part_sides(vertices: &[Vec3], surface: &mut Surface, within: f64) -> usize {
     let mut parted = 0;
     for _ in 0..ROUNDS {
         let open: Vec<[u32; 2]> = shells(vertices, &surface.facets).into_iter().flat_map(|shell| shell.open).collect();
@@ -194,30 +277,11 @@ fn turn_facets(vertices: &[Vec3], surface: &mut Surface) -> usize {
     surface.facets.iter_mut().zip(turned).map(over).sum()
 }
 
-/// Fills flat simple holes; returns the number of holes and of facets.
-fn fill(vertices: &[Vec3], surface: &mut Surface) -> (usize, usize) {
-    let (mut filled, mut facets) = (0, 0);
-    for shell in shells(vertices, &surface.facets).iter().filter(|shell| !shell.open.is_empty()) {
-        for lid in lids(vertices, shell) {
-            filled += 1;
-            facets += lid.len();
-            let source = surface.source[shell.facets[0] as usize];
-            surface.source.extend(lid.iter().map(|_| source));
-            surface.facets.extend(lid);
-        }
-    }
-    (filled, facets)
-}
-
-fn lids(vertices: &[Vec3], shell: &Shell) -> Vec<Vec<[u32; 3]>> {
-    holes::loops(&shell.open).iter().filter_map(|border| holes::lid(vertices, border)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::mend;
     use crate::geom::Vec3;
-    use crate::mesh::shells::{Surface, closed_shells};
+    use crate::mesh::shells::{Surface, mended_shells};
 
     fn tetra() -> (Vec<Vec3>, Surface) {
         let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
@@ -226,17 +290,17 @@ mod tests {
     }
 
     fn mended(vertices: &[Vec3], surface: Surface) -> (Result<usize, String>, Vec<String>) {
-        let mut warnings = Vec::new();
-        let shells = closed_shells(vertices, surface, true, &mut warnings);
+        let (mut vertices, mut warnings) = (vertices.to_vec(), Vec::new());
+        let shells = mended_shells(&mut vertices, &surface.facets, 0, 1e-3, &mut warnings);
         (shells.map(|shells| shells.len()).map_err(|(_, fault)| fault.to_string()), warnings)
     }
 
     #[test]
     fn fills_a_flat_hole() {
-        let (vertices, mut surface) = tetra();
+        let (mut vertices, mut surface) = tetra();
         surface.facets.pop();
         surface.source.pop();
-        mend(&vertices, &mut surface, &mut Vec::new());
+        mend(&mut vertices, &mut surface, &[], 1e-3, &mut Vec::new());
         assert_eq!(surface.facets.len(), 4);
         let mut lid = surface.facets[3];
         let least = lid.iter().position(|&i| i == 1).unwrap();
