@@ -14,6 +14,7 @@ mod configurations;
 mod costs;
 mod cura;
 mod cura_engine;
+mod damaged;
 mod dry_run;
 mod faults;
 mod files_and_streams;
