@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::{Surface, open_edges, repair};
+use super::{Surface, open_edges, sides};
 use crate::geom::{Bounds, Vec3};
 
 /// How the tolerance rises from one try to the next.
@@ -56,7 +56,7 @@ pub(super) fn join(vertices: &mut Vec<Vec3>, surface: &mut Surface, from: f64, m
         }
         vertices.truncate(given);
         let Some((mut joined, mut tried)) = clusters.apply(vertices, surface) else { break };
-        joined.parted = repair::part_sides(vertices, &mut tried, within);
+        joined.parted = sides::part_sides(vertices, &mut tried, within);
         let after = Size::of(vertices, &tried.facets);
         let now = open_edges(vertices, &tried.facets).len();
         if now < left && before.agrees(&after, joined.distance + if joined.parted > 0 { within } else { 0.0 }) {

@@ -6,6 +6,7 @@ mod lids;
 mod pairing;
 mod repair;
 mod sheets;
+mod sides;
 
 use std::ops::Range;
 
