@@ -7,6 +7,9 @@ use serde_json::Value;
 
 use crate::support::{fails, folder, installed, note, prusa_slicer, said, skip, trunnion};
 
+/// Writes a project: its file, its unit, the volume beside the body, that volume's word, the items.
+type Write = fn(&Path, &str, Cuboid, &str, &str);
+
 /// Corners of a box, mm.
 type Cuboid = [[f64; 3]; 2];
 
@@ -82,7 +85,7 @@ enum Role {
 }
 
 /// A program's way to write a project: a body and another volume, placed by `items`.
-type Program = (&'static str, fn(&Path, &str, Cuboid, &str, &str));
+type Program = (&'static str, Write);
 
 /// PrusaSlicer: one mesh, its volumes by stretches of triangles.
 fn prusa(path: &Path, unit: &str, other: Cuboid, word: &str, items: &str) {
@@ -353,9 +356,12 @@ fn prusa_slicer_lays_as_much() {
     }
 }
 
+/// A plate's number and name, and what lies on it: objects, and which item of each.
+type Plate<'a> = (u32, &'a str, &'a [(u32, usize)]);
+
 /// A Bambu Studio project: two objects, the second one twice, on the plates that list them; each item 100 mm further.
-fn on_plates(path: &Path, plates: &[(u32, &str, &[(u32, usize)])]) {
-    let plate = |(number, name, items): &(u32, &str, &[(u32, usize)])| {
+fn on_plates(path: &Path, plates: &[Plate<'_>]) {
+    let plate = |(number, name, items): &Plate<'_>| {
         let item = |(object, which): &(u32, usize)| {
             format!(
                 "<model_instance><metadata key=\"object_id\" value=\"{object}\"/><metadata key=\"instance_id\" value=\"{which}\"/><metadata \
@@ -481,7 +487,7 @@ fn parts_of_an_object_that_overlap_are_one_solid() {
         ([[60.0, 0.0, 0.0], [65.0, 10.0, 10.0]], 8500.0, 2),
         ([[10.0, 5.0, 10.0], [20.0, 15.0, 12.0]], 8200.0, 2),
     ] {
-        for (make, word) in [(prusa as fn(&Path, &str, Cuboid, &str, &str), "ModelPart"), (bambu, "normal_part")] {
+        for (make, word) in [(prusa as Write, "ModelPart"), (bambu, "normal_part")] {
             make(&path, "millimeter", other, word, one);
             let run = trunnion().arg("inspect").arg(&path).arg("--json").output().unwrap();
             let report: Value = serde_json::from_slice(&run.stdout).unwrap_or_else(|_| panic!("{}", said(&run)));
@@ -499,7 +505,7 @@ fn what_is_sunk_into_the_table_of_a_project_is_cut_off_there() {
     let path = folder.path().join("project.3mf");
     let item = |z: f64| format!("<item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 1 9 9 {z}\"/>");
     let apart = [[60.0, 0.0, 0.0], [70.0, 10.0, 10.0]];
-    for (make, word) in [(prusa as fn(&Path, &str, Cuboid, &str, &str), "ModelPart"), (bambu, "normal_part")] {
+    for (make, word) in [(prusa as Write, "ModelPart"), (bambu, "normal_part")] {
         for (unit, mm) in [("millimeter", 1.0), ("inch", 25.4)] {
             for (z, left) in [(0.0, 1.0), (-1e-4, 1.0), (-3.0, 0.7), (-9.5, 0.05), (4.0, 1.0)] {
                 make(&path, unit, apart, word, &item(z));
@@ -547,11 +553,7 @@ fn what_is_ignored_of_a_project_is_said() {
         ("Metadata/layer_heights_profile.txt", "object_id=1|0;0.2".to_owned(), "variable layer heights"),
         ("Metadata/layer_heights_profile.txt", String::new(), ""),
         ("Metadata/custom_gcode_per_layer.xml", "<custom_gcodes_per_layer/>".to_owned(), ""),
-        (
-            "Metadata/Slic3r_PE_model.config",
-            setting("fill_density", "80%"),
-            "fill_density = 80%",
-        ),
+        ("Metadata/Slic3r_PE_model.config", setting("fill_density", "80%"), "fill_density = 80%"),
         ("Metadata/Slic3r_PE_model.config", setting("extruder", "2"), "extruder = 2"),
         ("Metadata/Slic3r_PE_model.config", setting("extruder", "1"), ""),
         ("Metadata/Slic3r_PE_model.config", setting("source_file", "lid.stl"), ""),

@@ -26,9 +26,9 @@ pub(in crate::cli) struct Prepare {
     /// The default is beside the model, and replaces no files of other programs. Written only if verification finds nothing.
     #[arg(short, long, value_name = "OUT.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// Print on as many plates as needed, and write a model, a plan and G-code for each into this folder
+    /// Output folder for as many plates as the models need
     ///
-    /// Objects that stand apart are placed where there is room. Equal plates are written once, with the number of times to print them.
+    /// It gets a model, a plan and G-code for each plate. Objects that stand apart are placed where there is room. Equal plates are written once, with the number of times to print them.
     #[arg(long, value_name = "DIR", help_heading = OUTPUT, conflicts_with_all = ["output", "plan_out", "sheet", "preview", "dry_run", "certificate", "port"])]
     pub(in crate::cli) plates: Option<PathBuf>,
     #[command(flatten)]

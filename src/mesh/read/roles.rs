@@ -123,7 +123,7 @@ const NOTES: [&str; 12] = [
 fn is_setting(key: &str, value: &str) -> bool {
     let note = NOTES.contains(&key)
         || ["source_", "mesh_", "text_", "svg_", "cut_"].iter().any(|start| key.starts_with(start));
-    !note && !(key == "extruder" && matches!(value, "0" | "1"))
+    !(note || (key == "extruder" && matches!(value, "0" | "1")))
 }
 
 fn shown(text: &str) -> String {
