@@ -33,7 +33,8 @@
 //!   face lies more wholly before the other one is drawn out: a plane face up to the other's plane, a curved one a little
 //!   into the other part, which is then cut off like any overlap.
 //! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
-//!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
+//!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole. Where
+//!   neither stays whole, [`fit_or_join`] makes them one solid.
 //!
 //! [`join`] makes solids of parts that touch or overlap instead; [`as_printed`] does with a project's volumes what its slicer does. Besides
 //! ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
@@ -62,6 +63,8 @@ pub const SNAP_MM: f64 = 0.2;
 /// The widest gap that may be asked for, mm: about two lines; beyond it two parts are simply apart.
 pub const MOST_SNAP_MM: f64 = 1.0;
 
+/// So many parts are joined because they cannot be cut apart.
+const MOST_JOINED: usize = 16;
 /// A face that is drawn out may reach so far below the table, mm: rounding.
 const BELOW_MM: f64 = 1e-6;
 /// Overlaps thinner than this on the mean touch, mm: what the interfaces' own gap takes in.
@@ -122,6 +125,30 @@ impl Change {
                 format!("{} overlaps {}: {volume_mm3:.2} mm3 were removed from it", named(part), named(other))
             }
             Self::Joined { part, other } => format!("{} was joined to {}", named(part), named(other)),
+        }
+    }
+}
+
+impl Change {
+    /// With the numbers that `ids` gives to those it has.
+    fn with_numbers(self, ids: &[usize]) -> Self {
+        match self {
+            Self::Closed { part, other, gap_mm } => Self::Closed { part: ids[part], other: ids[other], gap_mm },
+            Self::Cut { part, other, volume_mm3 } => Self::Cut { part: ids[part], other: ids[other], volume_mm3 },
+            Self::Joined { part, other } => Self::Joined { part: ids[part], other: ids[other] },
+        }
+    }
+}
+
+impl FitError {
+    /// With the numbers that `ids` gives to those it has.
+    fn with_numbers(self, ids: &[usize]) -> Self {
+        match self {
+            Self::Failed { a, name_a, b, name_b, why } => Self::Failed { a: ids[a], name_a, b: ids[b], name_b, why },
+            Self::Pieces { a, name_a, b, name_b, volume_mm3 } => {
+                Self::Pieces { a: ids[a], name_a, b: ids[b], name_b, volume_mm3 }
+            }
+            other => other,
         }
     }
 }
@@ -230,6 +257,43 @@ pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
         return Ok(None);
     }
     Ok(Some(Fitted { parts: parts.into_iter().map(|part| (part.name, part.mesh)).collect(), changes }))
+}
+
+/// As [`fit`]; two parts of which neither can be cut along the other are one solid, as for any slicer.
+///
+/// # Errors
+///
+/// [`FitError::Failed`] with the two parts, by their numbers in `model`, and [`FitError::Pieces`] where they are too many: all pairs are looked at
+/// after each.
+pub fn fit_or_join(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
+    // The number in `model` of each part that is left.
+    let mut ids: Vec<usize> = (0..model.parts.len()).collect();
+    let (mut current, mut joined) = (None, Vec::new());
+    loop {
+        let now: &Model = current.as_ref().unwrap_or(model);
+        let (a, b) = match fit(now, snap_mm) {
+            Err(FitError::Pieces { a, b, .. }) if joined.len() < MOST_JOINED => (a, b),
+            Err(error) => return Err(error.with_numbers(&ids)),
+            Ok(None) if joined.is_empty() => return Ok(None),
+            Ok(fitted) => {
+                let as_they_are = || now.parts.iter().map(|part| (part.name.clone(), part.mesh.clone())).collect();
+                let (parts, changes) = fitted.map_or_else(|| (as_they_are(), Vec::new()), |f| (f.parts, f.changes));
+                let changes = joined.into_iter().chain(changes.into_iter().map(|change| change.with_numbers(&ids)));
+                return Ok(Some(Fitted { parts, changes: changes.collect() }));
+            }
+        };
+        let failed = |why| {
+            let [name_a, name_b] = [a, b].map(|part| now.parts[part].name.clone());
+            FitError::Failed { a: ids[a], name_a, b: ids[b], name_b, why }
+        };
+        let both = solid::joined_with(&now.parts[a].mesh, &now.parts[b].mesh).map_err(failed)?;
+        let mut parts: Vec<_> = now.parts.iter().map(|part| (part.name.clone(), part.mesh.clone())).collect();
+        parts[a].1 = both;
+        parts.remove(b);
+        joined.push(Change::Joined { part: ids[b], other: ids[a] });
+        ids.remove(b);
+        current = Some(Model::from_parts(parts));
+    }
 }
 
 /// Whether each part stands on the table, or on parts that do.

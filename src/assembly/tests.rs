@@ -1,6 +1,6 @@
 //! Made to meet: gaps from nothing to too wide, overlaps from a scratch to a part inside another.
 
-use super::{Change, FitError, Fitted, fit, join, solid};
+use super::{Change, FitError, Fitted, fit, fit_or_join, join, solid};
 use crate::fixtures::{all, solid_box, tricks};
 use crate::geom::{Object, SplitMix64, Vec3};
 use crate::mesh::{BoxTree, Model, TriangleMesh, may_overlap};
@@ -365,4 +365,32 @@ fn what_is_cut_away_at_any_angle_adds_up() {
             assert!(sides.iter().all(paired), "{round_number}");
         }
     }
+}
+
+/// Neither of two bars through each other stays whole without the other: they are one solid, and what lies beside them keeps its number.
+#[test]
+fn what_cannot_be_cut_apart_is_one_solid() {
+    let bar = |axis: usize, z: f64| {
+        let (mut low, mut high) = ([-3.0; 3], [3.0; 3]);
+        (low[axis], high[axis]) = (-20.0, 20.0);
+        (low[2], high[2]) = (z, z + 6.0);
+        block(low, high)
+    };
+    let post = block([-30.0, -2.0, 0.0], [-17.0, 2.0, 4.0]);
+    let drawn = model(vec![bar(0, 0.0), bar(1, 0.0), post.clone(), bar(1, 40.0)]);
+    let Fitted { parts, changes } = fit_or_join(&drawn, 0.2).unwrap().unwrap();
+    assert_eq!(changes[0], Change::Joined { part: 1, other: 0 });
+    // 3 mm of the post lie within the first bar.
+    let [_, Change::Cut { part: 2, other: 0, volume_mm3 }] = changes[..] else { panic!("{changes:?}") };
+    assert!((volume_mm3 - 3.0 * 4.0 * 4.0).abs() < 1e-6);
+    let volumes: Vec<f64> = parts.iter().map(|(_, mesh)| mesh.volume()).collect();
+    let wanted = [2.0 * 1440.0 - 216.0, 13.0 * 16.0 - 48.0, 1440.0];
+    assert!(volumes.iter().zip(wanted).all(|(is, wanted)| (is - wanted).abs() < 1e-6), "{volumes:?}");
+    assert!(fit_or_join(&model(vec![bar(0, 0.0), bar(1, 40.0)]), 0.2).unwrap().is_none());
+    // Three through each other are one, told by what each was joined to.
+    let three = model(vec![bar(0, 0.0), bar(1, 0.0), block([-3.0, -3.0, -9.0], [3.0, 3.0, 15.0])]);
+    let Fitted { parts, changes } = fit_or_join(&three, 0.2).unwrap().unwrap();
+    assert!(parts.len() == 1 && changes.len() == 2, "{changes:?}");
+    let volume: f64 = parts.iter().map(|(_, mesh)| mesh.volume()).sum();
+    assert!((volume - (2.0 * 1440.0 + 24.0 * 36.0 - 216.0 - 216.0)).abs() < 1e-6, "{volume}");
 }

@@ -54,7 +54,10 @@ impl Near {
     }
 
     fn remedy(&self) -> &'static str {
-        if self.mm < MOST_SNAP_MM { ", or raise --snap above that" } else { "" }
+        if self.mm >= MOST_SNAP_MM {
+            return "";
+        }
+        ", or raise --snap above that, which fuses them; for a joint that must move, turn the model so that both parts stand on the table (--up)"
     }
 }
 

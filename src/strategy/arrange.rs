@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::str::FromStr;
 
 use super::error::StrategyError;
-use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
+use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit_or_join, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::input::{BadSetting, LoadedModel, LoadedProfile, ModelSource, process_of, read_quietly, tell};
 use crate::mesh::{Model, Part, ProjectPlates, TriangleMesh, is_overlap, threemf};
@@ -154,7 +154,7 @@ pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     let fitted = match how {
         Arrangement { join: true, .. } => join(model)?,
         Arrangement { snap_mm: 0.0, .. } => None,
-        _ => fit(model, how.snap_mm)?,
+        _ => fit_or_join(model, how.snap_mm)?,
     };
     if let ProjectPlates::Number(number) = first.plates {
         changes.push(format!("plate {number} of {}", read.file));

@@ -113,12 +113,12 @@ fn file(name: &str, shared: &Shared) -> Result<WebReply, WorkbenchError> {
 }
 
 fn model(index: usize, shared: &Shared) -> Result<WebReply, WorkbenchError> {
-    let (path, unit) = {
+    let (path, unit, plate) = {
         let state = shared.state();
         let model = state.project.models.get(index).ok_or(WorkbenchError::NotFound)?;
-        (model.path.clone(), state.project.unit.clone())
+        (model.path.clone(), state.project.unit.clone(), state.project.plate_of(index).to_owned())
     };
-    Ok(match scene::model(&path, &unit, &World::here(&Silent)) {
+    Ok(match scene::model(&path, &unit, &plate, &World::here(&Silent)) {
         Ok(bytes) => WebReply::Whole(HttpAnswer::of("application/octet-stream", bytes)),
         Err(why) => document(&why),
     })

@@ -7,6 +7,8 @@ use super::WorkbenchError;
 /// What a file was when it was looked at: its size and the time of its last change, ns; `None` where it is not there.
 pub(super) type Stamp = Option<(u64, u128)>;
 
+/// As many plates as a slicer's project has at most.
+const MOST_PLATE: u8 = 36;
 /// Most copies of one model.
 const MOST_COPIES: u32 = 999;
 /// Findings that the page lists; the preview has all of them.
@@ -105,6 +107,8 @@ pub(super) struct Project {
     pub(super) machine_stamp: Stamp,
     /// Unit of the models' numbers, or `auto`.
     pub(super) unit: String,
+    /// The plate of the first model, which is a slicer's project with several, or `auto`.
+    pub(super) plate: String,
     /// The way to print, or `auto`.
     pub(super) way: String,
     /// Direction of the model that points up, as three numbers; `auto` as drawn, `recommended` as `trunnion orient` says.
@@ -125,7 +129,8 @@ impl Project {
     /// One with nothing in it.
     pub(super) fn new(machine: Option<String>) -> Self {
         let auto = || "auto".to_owned();
-        Self { machine, unit: auto(), way: auto(), up: auto(), finish: auto(), slicer: auto(), ..Self::default() }
+        let (unit, plate, way, up, finish, slicer) = (auto(), auto(), auto(), auto(), auto(), auto());
+        Self { machine, unit, plate, way, up, finish, slicer, ..Self::default() }
     }
 
     /// Adds a model; one that is there already is read anew.
@@ -198,6 +203,13 @@ impl Project {
                 self.models.iter_mut().for_each(|model| (model.asked, model.inspected) = (false, None));
             }
             "unit" => return bad("unit"),
+            "plate"
+                if value == "auto" || value.parse::<u8>().is_ok_and(|number| (1..=MOST_PLATE).contains(&number)) =>
+            {
+                self.plate = value.to_owned();
+                self.models.iter_mut().take(1).for_each(|model| (model.asked, model.inspected) = (false, None));
+            }
+            "plate" => return bad("plate"),
             "up" if UPS.contains(&value) || is_direction(value) => self.up = value.to_owned(),
             "up" => return bad("up"),
             "finish" if FINISHES.contains(&value) => self.finish = value.to_owned(),
@@ -214,7 +226,7 @@ impl Project {
     /// What the ways depend on: everything but the chosen one.
     pub(super) fn basis(&self) -> String {
         let stamps: Vec<Stamp> = self.models.iter().map(|model| model.stamp).chain([self.machine_stamp]).collect();
-        let choices = [&self.unit, &self.up, &self.finish, &self.slicer];
+        let choices = [&self.unit, &self.plate, &self.up, &self.finish, &self.slicer];
         format!("{:?} {:?} {choices:?} {stamps:?}", self.words_of_models(), self.machine)
     }
 
@@ -242,7 +254,13 @@ impl Project {
     pub(super) fn inspect(&self, index: usize) -> Vec<String> {
         let mut words = vec!["inspect".to_owned(), guarded(&self.models[index].path)];
         push(&mut words, "--unit", &self.unit);
+        push(&mut words, "--plate", self.plate_of(index));
         words
+    }
+
+    /// The plate that is read of a model: the command takes one of its first model alone.
+    pub(super) fn plate_of(&self, index: usize) -> &str {
+        if index == 0 { &self.plate } else { "auto" }
     }
 
     /// The words of the command that a task is.
@@ -260,6 +278,7 @@ impl Project {
             words.extend(self.words_of_models());
             words.extend(own(&["-m", machine]));
             push(&mut words, "--unit", &self.unit);
+            push(&mut words, "--plate", &self.plate);
             match self.up.as_str() {
                 "recommended" => words.extend(own(&["--up", "auto"])),
                 other => push(&mut words, "--up", other),
@@ -327,8 +346,8 @@ impl Project {
             "revision": self.revision,
             "models": self.models.iter().map(model).collect::<Vec<_>>(),
             "inspect": (0..self.models.len()).map(|i| line(&self.inspect(i))).collect::<Vec<_>>(),
-            "machine": self.machine, "unit": self.unit, "way": self.way, "up": self.up, "finish": self.finish, "slicer": self.slicer, "port": self.port,
-            "choices": {"way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
+            "machine": self.machine, "unit": self.unit, "plate": self.plate, "way": self.way, "up": self.up, "finish": self.finish, "slicer": self.slicer, "port": self.port,
+            "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,
         })
     }

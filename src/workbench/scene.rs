@@ -36,9 +36,9 @@ fn refused(error: &job::Error) -> Value {
 /// # Errors
 ///
 /// Why it cannot be read, as a document.
-pub(super) fn model(path: &str, unit: &str, world: &World<'_>) -> Result<Vec<u8>, Value> {
+pub(super) fn model(path: &str, unit: &str, plate: &str, world: &World<'_>) -> Result<Vec<u8>, Value> {
     let unit = unit.parse::<Unit>().ok();
-    let plates = ProjectPlates::All;
+    let plates = plate.parse().map_or(ProjectPlates::All, ProjectPlates::Number);
     let source = ModelSource { unit, plates, ..ModelSource::from(Source::from(std::path::Path::new(path))) };
     let loaded = job::load_model(&source, world).map_err(|error| refused(&error.into()))?;
     let solids: Vec<TriangleMesh<Object>> = loaded.model.parts.iter().map(|part| part.mesh.clone()).collect();

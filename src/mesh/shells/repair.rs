@@ -9,6 +9,7 @@ use super::sides::part_sides;
 use super::{Surface, cracks, lids, open_edges, pairing, sheets, shells};
 use crate::geom::{Bounds, Vec3};
 use crate::mesh::error::Places;
+use crate::spelling::counted;
 
 /// Border vertices nearer than this share of the open shells' diagonal are one: it spans the last digits in which
 /// exporters disagree, and lies far below a nozzle's width.
@@ -79,16 +80,16 @@ impl Said {
 fn finish(vertices: &[Vec3], surface: &mut Surface, sound: &[Surface], most: f64, said: &mut Said) {
     let hanging = sheets::drop_hanging(vertices, surface, sound);
     said.add(hanging.facets, || {
-        format!("{} facets removed that enclose nothing, near {}", hanging.facets, hanging.places)
+        format!("{} removed, since they enclose nothing, near {}", counted(hanging.facets, "facet"), hanging.places)
     });
     let turned = turn_facets(vertices, surface);
-    said.add(turned, || format!("{turned} facets flipped to agree with their neighbours"));
+    said.add(turned, || format!("{} flipped to agree with their neighbours", counted(turned, "facet")));
     let loose = sheets::drop_sheets(vertices, surface, sound, most);
     said.add(loose.facets, || {
-        format!("{} loose facets removed that enclose nothing, near {}", loose.facets, loose.places)
+        format!("{} removed, since they enclose nothing, near {}", counted(loose.facets, "loose facet"), loose.places)
     });
     let Filled { holes, facets, places } = lids::fill(vertices, surface, most);
-    said.add(holes, || format!("{holes} holes filled with {facets} facets, near {places}"));
+    said.add(holes, || format!("{} filled with {}, near {places}", counted(holes, "hole"), counted(facets, "facet")));
 }
 
 fn repeats(dropped: usize) -> String {
@@ -286,7 +287,7 @@ mod tests {
         surface.facets.pop();
         surface.source.pop();
         surface.facets[2].swap(0, 1);
-        let wanted = "repair: 1 facets flipped to agree with their neighbours".to_owned();
+        let wanted = "repair: 1 facet flipped to agree with their neighbours".to_owned();
         assert_eq!(mended(&vertices, surface), (Ok(1), vec![wanted]));
     }
 

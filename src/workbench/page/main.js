@@ -167,7 +167,7 @@ async function machines() {
   show();
 }
 
-const keyOf = (model) => JSON.stringify([model.path, page.state.unit, page.state.up, model.inspected?.parts?.map((part) => [part.facets, part.volume_mm3])]);
+const keyOf = (model) => JSON.stringify([model.path, page.state.unit, page.state.plate, page.state.up, model.inspected?.parts?.map((part) => [part.facets, part.volume_mm3])]);
 
 /** Fetches what is to be drawn and is not there yet. */
 async function draw() {

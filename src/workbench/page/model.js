@@ -55,6 +55,8 @@ export function modelPanel(state, uploads, picking) {
     uploads.map((file) => h('p', { class: 'soft busy', text: TEXTS.uploading(file) })),
     h('ul', { class: 'cards', id: 'models' }, state.models.map(card)),
     state.models.length > 0 && standing(state, picking),
+    // Slicers' projects alone have plates.
+    state.models[0]?.path.toLowerCase().endsWith('.3mf') && choice('plate', TEXTS.plate, state.plate, [['auto', TEXTS.plateAuto], ...Array.from({ length: state.choices.plates }, (_, k) => [String(k + 1), String(k + 1)])]),
     state.models.length > 0 && choice('unit', TEXTS.unit, state.unit, state.choices.unit.map((unit) => [unit, unit === 'auto' ? TEXTS.unitAuto : unit])),
   ];
 }

@@ -29,6 +29,8 @@ export const TEXTS = {
   parts: (n) => (n === 1 ? '1 part' : `${n} parts`),
   facets: (n) => `${n.toLocaleString('en')} facets`,
   closed: 'closed',
+  plate: 'Plate of the first model',
+  plateAuto: 'the only one',
   unit: 'Unit',
   unitAuto: 'as in the file',
   up: 'This side up',

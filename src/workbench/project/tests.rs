@@ -38,6 +38,9 @@ fn the_command_line_says_what_was_chosen_and_no_more() {
     assert!(prepare(&project).contains(" -m generic-ac --up -1,0,0.5 --way supports "), "{}", prepare(&project));
     set(&mut project, "up", "recommended");
     assert!(prepare(&project).contains(" --up auto "), "{}", prepare(&project));
+    set(&mut project, "plate", "2");
+    assert!(prepare(&project).contains(" --plate 2 ") && line(&project.inspect(0)).ends_with("--plate 2"));
+    assert!(!line(&project.inspect(1)).contains("plate"), "the command takes a plate of its first model alone");
     project.add("-x.stl");
     assert!(project.words(Task::Prepare).unwrap().contains(&"./-x.stl".to_owned()));
 }
@@ -77,9 +80,14 @@ fn every_change_makes_what_depends_on_it_out_of_date() {
     assert_eq!((stale(&way), way.is_prepared()), ((false, true), false));
     set(&mut way, "way", "auto");
     assert_eq!((stale(&way), way.is_prepared()), ((false, false), true));
-    for (name, value) in
-        [("machine", "generic-bc"), ("unit", "cm"), ("slicer", "builtin"), ("finish", "fine"), ("up", "0,1,0")]
-    {
+    for (name, value) in [
+        ("machine", "generic-bc"),
+        ("unit", "cm"),
+        ("plate", "2"),
+        ("slicer", "builtin"),
+        ("finish", "fine"),
+        ("up", "0,1,0"),
+    ] {
         let mut project = fresh();
         set(&mut project, name, value);
         assert_eq!(stale(&project), (true, true), "{name}");
@@ -119,6 +127,9 @@ fn a_choice_that_is_none_changes_nothing() {
         ("port", "-x"),
         ("port", "a\nb"),
         ("unit", "parsec"),
+        ("plate", "0"),
+        ("plate", "-1"),
+        ("plate", "all"),
         ("up", "0,0,0"),
         ("up", "0,0"),
         ("up", "a,b,c"),

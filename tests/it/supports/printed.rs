@@ -97,7 +97,7 @@ fn roof_and_struts_are_what_the_judge_sees() {
     }
 }
 
-/// Supports go around a loose part that grows beside theirs, and stand on it; where they do not fit between the two it carries by itself.
+/// Supports go around a loose part that grows beside theirs, and stand on it; where there are no more than two layers of air between the two it carries by itself.
 #[test]
 fn supports_stand_on_a_part_of_its_own_below() {
     let folder = folder();
@@ -131,7 +131,7 @@ fn supports_stand_on_a_part_of_its_own_below() {
             }
         }
         note(&format!("a post {gap} mm below an arm: {on_it:.2} mm3 of supports on it"));
-        assert_eq!(on_it > 0.0, gap >= 2.0 * LAYER_MM, "{gap}: {on_it} mm3 stand on the post");
+        assert_eq!(on_it > 0.0, gap > 2.5 * LAYER_MM, "{gap}: {on_it} mm3 stand on the post");
     }
 }
 
