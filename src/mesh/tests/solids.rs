@@ -202,7 +202,7 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
         read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true, ..ReadOptions::default() }).unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
     let [warning] = &mended.warnings[..] else { panic!("{:?}", mended.warnings) };
-    assert!(["repair: 1 ", "holes", "1 facets"].iter().all(|fact| warning.contains(fact)), "{warning}");
+    assert!(["repair: 1 hole", "1 facet", "near"].iter().all(|fact| warning.contains(fact)), "{warning}");
 }
 
 #[test]
