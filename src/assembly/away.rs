@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{FitError, overlap_of, solid};
-use crate::geom::{Object, Sets};
-use crate::mesh::{Away, DrawnModel, Model, TriangleMesh};
+use super::{FitError, overlap, solid};
+use crate::geom::{Bounds, Object, Sets};
+use crate::mesh::{Away, BoxTree, DrawnModel, Model, TriangleMesh};
 
 /// Pieces of a part, each with its name.
 type Pieces = Vec<(String, TriangleMesh<Object>)>;
@@ -50,10 +50,12 @@ pub fn as_printed(drawn: DrawnModel) -> Result<Model, FitError> {
 /// Makes one of the volumes of an object that overlap: the first of them. What only touches stays apart, as any assembly.
 fn unite(model: &Model, object: &[usize], parts: &mut [Pieces], told: &mut Vec<String>) -> Result<(), FitError> {
     let mut sets = Sets::new(model.parts.len());
+    let bounds: Vec<Bounds> = object.iter().map(|&part| model.parts[part].mesh.bounds()).collect();
+    let trees: Vec<BoxTree> = object.iter().map(|&part| BoxTree::new(&model.parts[part].mesh)).collect();
     for (index, &b) in object.iter().enumerate() {
-        for &a in &object[..index] {
+        for &a in object[..index].iter().zip(&bounds).filter(|(_, one)| one.meets(&bounds[index])).map(|(a, _)| a) {
             let (into, from) = (sets.root(a as u32) as usize, sets.root(b as u32) as usize);
-            if into == from || overlap_of(&model.parts[a], &model.parts[b]).is_none() {
+            if into == from || !overlap(&model.parts[a], &model.parts[b], &trees[index]) {
                 continue;
             }
             let (into, from) = (into.min(from), into.max(from));

@@ -343,13 +343,10 @@ pub fn join(model: &Model) -> Result<Option<Fitted>, FitError> {
     Ok(Some(Fitted { parts, changes }))
 }
 
-/// What two parts both fill, mm³, where that is more than a face, a side or a corner, and more than the parts of an assembly touch.
-fn overlap_of(one: &Part, two: &Part) -> Option<f64> {
-    if !may_overlap(one, two, &BoxTree::new(&two.mesh), false) {
-        return None;
-    }
-    let common = solid::common(&one.mesh, &two.mesh).ok()?;
-    (common.thickness_mm() > OVERLAP_MM).then_some(common.volume_mm3)
+/// Whether two parts both fill more than the parts of an assembly touch; `tree` is the second one's.
+fn overlap(one: &Part, two: &Part, tree: &BoxTree) -> bool {
+    may_overlap(one, two, tree, false)
+        && solid::common(&one.mesh, &two.mesh).is_ok_and(|common| common.thickness_mm() > OVERLAP_MM)
 }
 
 /// Whether two parts have more in common than a face, a side or a corner.

@@ -40,7 +40,7 @@ pub fn verified(report: &Report) -> String {
     out
 }
 
-/// Lines nearer to each other than this may fuse, mm: half of the narrowest gap that makers of joints that are printed in place recommend.
+/// Lines nearer to each other than this may fuse, mm: a quarter of a line.
 const FUSING_MM: f64 = 0.1;
 
 /// Parts that never touch, and how near their lines come, in a sentence.

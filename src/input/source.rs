@@ -87,7 +87,7 @@ pub struct ModelSource {
     pub source: Source,
     /// Unit of its numbers; `None` takes the file's own word, else guesses by size.
     pub unit: Option<Unit>,
-    /// Whether what is safe to mend is mended, and said: flipped and doubled facets, sides that others' corners lie on, plane holes.
+    /// Whether what is safe to mend is mended, and said: flipped and doubled facets, cracks, sides that others' corners lie on, small holes.
     pub repair: bool,
     /// Which plates of a project.
     pub plates: ProjectPlates,

@@ -3,6 +3,7 @@
 //! ```text
 //! PrepareRequest --prepare--> PrepareResult{planned, gcode: Verified}      all of the following, in memory
 //! OrientRequest  --orient--> OrientResult{parts}                         orientations of parts, with bounds
+//! PrepareRequest --prepare_plates--> PlateEvent::Made                    the same over as many plates as it takes, in files
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or StrategyError::NoPlan{reasons, remedies}
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare

@@ -260,6 +260,10 @@ fn what_is_not_known_or_leaves_nothing_is_refused_by_name() {
     let alone = format!("<object id=\"3\" type=\"support\" name=\"a prop\">{}</object>", mesh(&[BODY]));
     package(&path, "millimeter", &alone, one, &[]);
     refused(&path, "mesh/nothing-printed: a prop | support");
+    // Whatever else of the project is ignored is not why.
+    let pauses = "<c><layer top_z=\"5\"/></c>".to_owned();
+    package(&path, "millimeter", &alone, one, &[("Metadata/custom_gcode_per_layer.xml", pauses)]);
+    refused(&path, "mesh/nothing-printed: a prop | support");
     // What says so is broken.
     let whole = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY]));
     for (name, text) in [

@@ -134,7 +134,7 @@ pub(in crate::cli) struct ReadArgs {
     pub(in crate::cli) plate: Option<u32>,
     /// Refuse open meshes, and repair nothing
     ///
-    /// [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]
+    /// [default: cracks, flipped and doubled facets, vertices on edges and small holes are repaired, with a warning]
     #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide_short_help = true)]
     pub(in crate::cli) no_repair: bool,
     /// Repair meshes (the default)

@@ -136,7 +136,7 @@ pub(in crate::cli) struct Pack {
     /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
     #[arg(long)]
     pub(in crate::cli) unit: Option<String>,
-    /// Refuse open meshes, and repair nothing [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]
+    /// Refuse open meshes, and repair nothing [default: cracks, flipped and doubled facets, vertices on edges and small holes are repaired, with a warning]
     #[arg(long, conflicts_with = "repair")]
     pub(in crate::cli) no_repair: bool,
     /// Repair meshes (the default)

@@ -10,6 +10,7 @@ mod stl_ascii;
 mod stl_binary;
 mod strangers;
 mod threemf;
+mod threemf_package;
 mod threemf_xml;
 
 pub use plates::ProjectPlates;

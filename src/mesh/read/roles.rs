@@ -21,6 +21,7 @@ use quick_xml::reader::Reader;
 
 use super::attributes::attribute;
 use super::plates::Plates;
+use crate::mesh::OtherVolume;
 use crate::mesh::error::Fault;
 use crate::spelling::counted;
 
@@ -54,8 +55,13 @@ impl Aside {
         format!("{} {}", name.unwrap_or("a volume"), self.words())
     }
 
+    /// The volume of that name, as a model lists it.
+    pub(super) fn other(self, name: Option<&str>) -> OtherVolume {
+        OtherVolume { name: name.unwrap_or_default().to_owned(), role: self.word() }
+    }
+
     /// As scripts read it.
-    pub(super) fn word(self) -> &'static str {
+    fn word(self) -> &'static str {
         match self {
             Self::Modifier => "modifier",
             Self::Blocker => "blocker",

@@ -1,43 +1,20 @@
-//! 3MF: a zip archive of model files; build items and components place their objects.
+//! 3MF: build items and components place the objects of its model files. File units throughout; frames are the file's own.
+//!
+//! Source: 3MF Consortium, *Core Specification* 1.3, 3 and 4.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufReader, Cursor, Read};
 
-use zip::ZipArchive;
-
-use super::meter::Meter;
 use super::plates::ProjectPlates;
 use super::roles::{Aside, Role, Roles, Volume};
-use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
+use super::threemf_package::Package;
+use super::threemf_xml::{Object, Reference, Transform};
 use crate::geom::{Bounds, Vec3};
 use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
 use crate::mesh::{OtherVolume, TriangleMesh, Unit};
 
-/// Where the model is when the archive's relations do not say.
-const USUAL_PATH: &str = "3D/3dmodel.model";
-/// Where slicers keep what volumes are for: PrusaSlicer; Bambu Studio and OrcaSlicer.
-const CONFIGURATIONS: [&str; 2] = ["Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"];
-/// Where they keep what is to change at some height, what is in such a file that is not empty, and what is said of it.
-const BY_HEIGHT: [(&str, &str, &str); 6] = [
-    ("Metadata/Prusa_Slicer_custom_gcode_per_print_z.xml", "<code", PAUSES),
-    ("Metadata/custom_gcode_per_layer.xml", "<layer", PAUSES),
-    ("Metadata/Prusa_Slicer_layer_config_ranges.xml", "<range", RANGES),
-    ("Metadata/layer_config_ranges.xml", "<range", RANGES),
-    ("Metadata/Slic3r_PE_layer_heights_profile.txt", "=", HEIGHTS),
-    ("Metadata/layer_heights_profile.txt", "=", HEIGHTS),
-];
-const PAUSES: &str = "pauses and filament changes at certain heights are ignored";
-const RANGES: &str = "settings for certain heights are ignored";
-const HEIGHTS: &str = "variable layer heights are ignored";
-/// Theirs have some hundred bytes for a volume.
-const LARGEST_CONFIGURATION: u64 = 16 << 20;
 /// What reaches so far below its project's table was put there, mm.
 const SUNK_MM: f64 = 0.01;
-/// Models pack five to fifty times smaller, nothing but repetitions a thousand times.
-const MAX_RATIO: u64 = 200;
-/// What any archive may unpack to, and no archive may exceed.
-const UNPACKED: [u64; 2] = [64 << 20, 4 << 30];
 /// Components within components; deeper ones only go round in a circle.
 const MAX_DEPTH: usize = 32;
 /// The most placed objects, so that components that double level by level end: what looks for shared faces looks at pairs. As many as a
@@ -58,124 +35,28 @@ pub(super) fn read(bytes: &[u8], plates: ProjectPlates) -> Result<Soup, Located>
     package.load(&root)?;
     ignored.extend(package.files[&root].without_settings(roles.known));
     let mut build = Build::new(package, roles, plates).counted_first(&root)?;
-    build.soup.warnings.extend(ignored);
     build.counting = false;
     build.object = 0;
     build.place_all(&root)?;
     build.below_the_table(build.package.files[&root].unit)?;
     build.soup.unit = Some(build.package.files[&root].unit);
     build.soup.is_project = build.roles.known;
-    let mut told = BTreeSet::new();
-    build.soup.warnings.retain(|text| told.insert(text.clone()));
-    if let (true, [first, others @ ..]) = (build.soup.facets.is_empty(), &build.soup.warnings[..]) {
+    let Build { mut soup, left_out, .. } = build;
+    if let (true, [first, others @ ..]) = (soup.facets.is_empty(), &left_out[..]) {
         return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(FilePlace::File));
     }
-    Ok(build.soup)
-}
-
-fn archive_fault(error: &zip::result::ZipError) -> Located {
-    Fault::Archive { reason: error.to_string() }.at(FilePlace::File)
-}
-
-/// The archive and the model files read from it so far.
-struct Package<'a> {
-    archive: ZipArchive<Cursor<&'a [u8]>>,
-    files: BTreeMap<String, ModelFile>,
-    packed: u64,
-    /// The most bytes that all of it may unpack to, so that a small archive cannot fill the memory.
-    allowed: u64,
-    /// Of these, what is left.
-    left: u64,
-}
-
-impl<'a> Package<'a> {
-    fn open(bytes: &'a [u8]) -> Result<Self, Located> {
-        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| archive_fault(&error))?;
-        let allowed = (bytes.len() as u64).saturating_mul(MAX_RATIO).clamp(UNPACKED[0], UNPACKED[1]);
-        Ok(Self { archive, files: BTreeMap::new(), packed: bytes.len() as u64, allowed, left: allowed })
-    }
-
-    /// The path that `_rels/.rels` names as the 3D model.
-    fn root_path(&mut self) -> String {
-        let mut text = String::new();
-        let found = self.archive.by_name("_rels/.rels").ok().and_then(|entry| {
-            entry.take(1 << 20).read_to_string(&mut text).ok()?;
-            threemf_xml::model_target(&text)
-        });
-        found.map_or_else(|| USUAL_PATH.to_owned(), |path| path.trim_start_matches('/').to_owned())
-    }
-
-    /// An entry's own name: those of a package are the same in capitals.
-    fn called(&self, path: &str) -> Option<String> {
-        let mut names = self.archive.file_names().flatten();
-        names.find(|name| name.eq_ignore_ascii_case(path)).map(std::borrow::Cow::into_owned)
-    }
-
-    /// What of a project is ignored that changes how it is printed, by height.
-    fn ignored(&mut self) -> Vec<String> {
-        let mut found = Vec::new();
-        for (path, mark, words) in BY_HEIGHT {
-            let Some(Ok(entry)) = self.called(path).map(|name| self.archive.by_name(&name)) else { continue };
-            let mut text = Vec::new();
-            let read = entry.take(LARGEST_CONFIGURATION).read_to_end(&mut text);
-            let has = text.windows(mark.len()).any(|piece| piece == mark.as_bytes());
-            if read.is_ok() && has && !found.iter().any(|told| told == words) {
-                found.push(words.to_owned());
-            }
-        }
-        found
-    }
-
-    /// What the project's volumes are for, where it says so.
-    fn roles(&mut self) -> Result<Roles, Located> {
-        let mut roles = Roles::default();
-        for path in CONFIGURATIONS {
-            let Some(name) = self.called(path) else { continue };
-            let Ok(entry) = self.archive.by_name(&name) else { continue };
-            let mut text = String::new();
-            let (packed, allowed) = (self.packed, self.allowed);
-            entry.take(LARGEST_CONFIGURATION + 1).read_to_string(&mut text).map_err(|error| {
-                let reason = match error.kind() {
-                    std::io::ErrorKind::InvalidData => format!("{path}: it is not UTF-8 text"),
-                    _ => format!("{path}: {error}"),
-                };
-                Fault::Archive { reason }.at(FilePlace::File)
-            })?;
-            if text.len() as u64 > LARGEST_CONFIGURATION {
-                return Err(Fault::Unpacked { packed, allowed }.at(FilePlace::File));
-            }
-            let place = |byte| FilePlace::Entry { name: path.to_owned(), byte };
-            roles.read(&text).map_err(|(fault, byte)| fault.at(place(byte)))?;
-        }
-        Ok(roles)
-    }
-
-    fn load(&mut self, path: &str) -> Result<(), Located> {
-        if !self.files.contains_key(path) {
-            let entry = self
-                .archive
-                .by_name(path)
-                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(FilePlace::File))?;
-            let (packed, allowed) = (self.packed, self.allowed);
-            let over = || Fault::Unpacked { packed, allowed }.at(FilePlace::File);
-            if entry.size() > self.left {
-                return Err(over());
-            }
-            // An archive may say anything of itself: what comes out is measured as well.
-            let mut text = Meter::new(BufReader::new(entry), self.left);
-            let file = threemf_xml::parse(&mut text, path);
-            self.left = text.left();
-            let file = if text.is_over() { Err(over()) } else { file }?;
-            self.files.insert(path.to_owned(), file);
-        }
-        Ok(())
-    }
+    let mut told = BTreeSet::new();
+    soup.warnings = ignored.into_iter().chain(soup.warnings).chain(left_out).collect();
+    soup.warnings.retain(|text| told.insert(text.clone()));
+    Ok(soup)
 }
 
 /// Objects being placed into the soup.
 struct Build<'a> {
     package: Package<'a>,
     soup: Soup,
+    /// What is said of volumes that are not printed.
+    left_out: Vec<String>,
     /// The objects that lead to the current one.
     trail: Vec<(String, String)>,
     /// Whether objects are only counted.
@@ -196,6 +77,7 @@ impl<'a> Build<'a> {
         Self {
             package,
             soup: Soup::default(),
+            left_out: Vec::new(),
             trail: Vec::new(),
             counting: true,
             counted: [0; 3],
@@ -323,7 +205,8 @@ impl<'a> Build<'a> {
         if self.counting {
             self.count(&to.id, &object)?;
         } else if let Role::Aside(aside) = role {
-            self.soup.leave_out(name.clone(), aside);
+            self.left_out.push(aside.told(name.as_deref()));
+            self.soup.others.push(aside.other(name.as_deref()));
         } else {
             self.append(&to.id, &object, &transform, &Volume { role, name: name.clone() })?;
         }
@@ -339,7 +222,7 @@ impl<'a> Build<'a> {
     }
 
     fn append(&mut self, id: &str, object: &Object, transform: &Transform, of: &Volume) -> Result<(), Located> {
-        let Self { soup, roles, object: number, .. } = self;
+        let Self { soup, left_out, roles, object: number, .. } = self;
         let said = roles.stretches(id);
         let stretches = if said.is_empty() { &object.stretches[..] } else { said };
         let (number, away) = (*number, of.role == Role::Negative);
@@ -379,7 +262,10 @@ impl<'a> Build<'a> {
             let of_object = of.name.clone().filter(|_| alone && volume.role == Role::Part);
             let name = of_object.or_else(|| volume.name.clone()).or_else(|| of.name.clone());
             match volume.role {
-                Role::Aside(aside) => soup.leave_out(name, aside),
+                Role::Aside(aside) => {
+                    left_out.push(aside.told(name.as_deref()));
+                    soup.others.push(aside.other(name.as_deref()));
+                }
                 role => {
                     if role == Role::Negative {
                         soup.others.push(OtherVolume { name: name.clone().unwrap_or_default(), role: "negative" });
@@ -393,21 +279,13 @@ impl<'a> Build<'a> {
     }
 }
 
-impl Soup {
-    /// Says that a volume is not printed.
-    fn leave_out(&mut self, name: Option<String>, aside: Aside) {
-        self.warnings.push(aside.told(name.as_deref()));
-        self.others.push(OtherVolume { name: name.unwrap_or_default(), role: aside.word() });
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::threemf_xml::MAX_NAMED;
     use super::{MAX_BODIES, ProjectPlates};
     use crate::geom::{Bounds, Vec3};
     use crate::mesh::Unit;
     use crate::mesh::error::Fault;
+    use crate::mesh::read::threemf_xml::MAX_NAMED;
     use crate::mesh::soup::Soup;
     use crate::mesh::write::zipped;
 
