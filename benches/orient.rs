@@ -6,7 +6,7 @@
 
 use divan::Bencher;
 use trunnion::geom::{Object, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_surface};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_surface};
 use trunnion::orient::{Certified, Facets, Found, ObjectiveSettings, Process, Search, objective, recommend};
 
 fn main() {
@@ -48,7 +48,7 @@ fn part(name: &str) -> Option<TriangleMesh<Object>> {
         return Some(lump(rings.parse().expect("a number")));
     }
     let file = std::path::Path::new(&std::env::var_os("TRUNNION_MESHES")?).join(name);
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     Some(read_surface(&std::fs::read(file).ok()?, name, &options).expect("reads"))
 }
 

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBool, PyDict};
 use trunnion::job::{MachineSource, ModelSource, Source};
-use trunnion::mesh::Unit;
+use trunnion::mesh::{Repair, Unit};
 
 use crate::trouble::Trouble;
 
@@ -109,7 +109,12 @@ impl<'py> Given<'py> {
     pub(crate) fn model(&self, model: Named) -> PyResult<ModelSource> {
         let unit = self.text("unit")?.map(|text| text.parse::<Unit>()).transpose();
         let unit = unit.map_err(|error| Trouble::input(error.to_string()).raised(self.0.py()))?;
-        Ok(ModelSource { unit, repair: self.flag("repair")?, ..ModelSource::from(source(model)) })
+        let how = |value: &Bound<'_, PyAny>| match value.extract::<bool>() {
+            Ok(mends) => Some(if mends { Repair::Auto } else { Repair::Off }),
+            Err(_) => Repair::named(&value.extract::<String>().ok()?),
+        };
+        let repair = self.of("repair", "True, False, 'auto', 'strict' or 'off'", how)?.unwrap_or_default();
+        Ok(ModelSource { unit, repair, ..ModelSource::from(source(model)) })
     }
 }
 

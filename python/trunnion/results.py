@@ -110,6 +110,7 @@ class Inspection(Result):
     parts: list[Part]
     interfaces: list[Interface]
     on_table: list[int]
+    captive: list[int]
     floating: list[int]
     apart: list[Apart]
     warnings: list[str]

@@ -4,7 +4,8 @@ Every keyword that is left out means what the command does without the flag of t
 verbs take:
 
     unit: unit of the model's numbers: um, mm, cm, in, ft or m; else the file's own, else guessed by size.
-    repair: mend what is safe to mend, and warn of it: flipped and doubled facets, corners on sides, plane holes.
+    repair: True or "auto": what is sure is repaired, with a warning: cracks, flipped and doubled facets, vertices on edges, small holes;
+        "strict": what needs repair is refused; False or "off": open meshes are refused.
     progress: called with a :class:`Progress` as the work goes on; the work waits for it, and ends where it raises. The logger `trunnion` hears
         the same: warnings as WARNING, milestones as INFO, steps as DEBUG.
     threads: 0 to 1024; 0 and None are as many as there are processors, or what RAYON_NUM_THREADS says. Results do not depend on it.
@@ -55,7 +56,7 @@ def inspect(
     model: ModelLike,
     *,
     unit: Optional[str] = None,
-    repair: bool = True,
+    repair: bool | str = True,
     progress: Optional[Progressed] = None,
     threads: Optional[int] = None,
 ) -> Inspection:
@@ -88,7 +89,7 @@ def orient(
     landscape: Optional[Path] = None,
     view: Optional[Path] = None,
     unit: Optional[str] = None,
-    repair: bool = True,
+    repair: bool | str = True,
     progress: Optional[Progressed] = None,
     threads: Optional[int] = None,
 ) -> Orientation:
@@ -137,7 +138,7 @@ def plan(
     top: Optional[int] = None,
     supports: Literal["never", "auto"] = "never",
     unit: Optional[str] = None,
-    repair: bool = True,
+    repair: bool | str = True,
     progress: Optional[Progressed] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -182,7 +183,7 @@ def split(
     pedestal_mm: Optional[float] = None,
     budget: Optional[int] = None,
     unit: Optional[str] = None,
-    repair: bool = True,
+    repair: bool | str = True,
     progress: Optional[Progressed] = None,
     threads: Optional[int] = None,
 ) -> Split:
@@ -234,7 +235,7 @@ def prepare(
     split: Literal["auto", "never"] = "auto",
     supports: Literal["auto", "never"] = "auto",
     unit: Optional[str] = None,
-    repair: bool = True,
+    repair: bool | str = True,
     progress: Optional[Progressed] = None,
     threads: Optional[int] = None,
     **options: Any,

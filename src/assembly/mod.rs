@@ -296,10 +296,10 @@ pub fn fit_or_join(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitErr
     }
 }
 
-/// Whether each part stands on the table, or on parts that do.
+/// Whether each part stands on the table, is caught in others, or stands on parts that do or are.
 fn standing(model: &Model) -> Vec<bool> {
     let bodies = model.bodies();
-    let on_table: BTreeSet<usize> = model.on_table.iter().map(|&part| bodies[part]).collect();
+    let on_table: BTreeSet<usize> = model.in_place().into_iter().map(|part| bodies[part]).collect();
     bodies.iter().map(|body| on_table.contains(body)).collect()
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::{Pack as Verb, copies};
-use super::requests::outputs;
+use super::requests::{outputs, repair};
 use super::{Console, Failure};
 use crate::document::{self, text};
 use crate::job::{
@@ -37,7 +37,7 @@ impl Verb {
         let model = |word: &PathBuf| {
             let (name, count) = copies(word);
             let (source, plates) = (Source::from(name), ProjectPlates::All);
-            (ModelSource { source, unit, repair: !self.no_repair, plates }, count)
+            (ModelSource { source, unit, repair: repair(&self.repair, self.no_repair), plates }, count)
         };
         let models = || Contents::Models(self.models.iter().map(model).collect());
         let table = || PackInto::Table(MachineSource::from(self.profile.as_deref().unwrap_or_default()));

@@ -12,7 +12,7 @@ use crate::job::{
     self, Arrangement, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest, PlanSource,
     PoseChoice, PreviewRequest, SlicingOptions, Source, SupportForm, Supporting, interrupts,
 };
-use crate::mesh::{ProjectPlates, Unit};
+use crate::mesh::{ProjectPlates, Repair, Unit};
 use crate::planning::Priority;
 use crate::slicing::SlicerChoice;
 use crate::spelling::numbers;
@@ -27,9 +27,15 @@ impl ReadArgs {
     pub(super) fn source(&self, model: &Path) -> Result<ModelSource, Failure> {
         let unit = self.unit.as_deref().map(str::parse::<Unit>).transpose();
         let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
+        let repair = repair(&self.repair, self.no_repair);
         let plates = self.plate.map_or(ProjectPlates::Only, ProjectPlates::Number);
-        Ok(ModelSource { source: Source::from(model), unit, repair: !self.no_repair, plates })
+        Ok(ModelSource { source: Source::from(model), unit, repair, plates })
     }
+}
+
+/// What becomes of meshes that are not sound; `off` is the older word for one of the choices.
+pub(super) fn repair(named: &str, off: bool) -> Repair {
+    Repair::named(named).filter(|_| !off).unwrap_or_default()
 }
 
 impl ArrangeArgs {

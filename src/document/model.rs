@@ -25,6 +25,7 @@ pub fn inspected(model: &Model) -> Value {
         "parts": model.parts.iter().map(part).collect::<Vec<_>>(),
         "interfaces": model.interfaces.iter().map(interface).collect::<Vec<_>>(),
         "on_table": model.on_table,
+        "captive": model.captive,
         "floating": model.floating(),
         "apart": apart(model).iter().map(|(part, (other, mm))| json!({"part": part, "nearest": other, "mm": mm})).collect::<Vec<_>>(),
         "others": model.others.iter().map(|other| json!({"name": other.name, "role": other.role})).collect::<Vec<_>>(),

@@ -78,6 +78,9 @@ pub fn inspected(model: &Model) -> String {
     for i in &model.interfaces {
         let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
     }
+    if !model.captive.is_empty() {
+        let _ = writeln!(out, "captive, printed in place: {}", list(&model.captive));
+    }
     if !model.floating().is_empty() {
         let _ = writeln!(out, "not connected to the table: {}", list(&model.floating()));
     }

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::InputError;
-use crate::mesh::{ProjectPlates, Unit};
+use crate::mesh::{ProjectPlates, Repair, Unit};
 use crate::profile::Profile;
 use crate::spelling::nearest;
 use crate::world::{FileError, World};
@@ -87,15 +87,15 @@ pub struct ModelSource {
     pub source: Source,
     /// Unit of its numbers; `None` takes the file's own word, else guesses by size.
     pub unit: Option<Unit>,
-    /// Whether what is safe to mend is mended, and said: flipped and doubled facets, cracks, sides that others' corners lie on, small holes.
-    pub repair: bool,
+    /// What becomes of flipped and doubled facets, cracks, sides that others' corners lie on, and small holes.
+    pub repair: Repair,
     /// Which plates of a project.
     pub plates: ProjectPlates,
 }
 
 impl<S: Into<Source>> From<S> for ModelSource {
     fn from(source: S) -> Self {
-        Self { source: source.into(), unit: None, repair: true, plates: ProjectPlates::Only }
+        Self { source: source.into(), unit: None, repair: Repair::Auto, plates: ProjectPlates::Only }
     }
 }
 

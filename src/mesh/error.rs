@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::geom::Vec3;
 use crate::location::Location;
+use crate::spelling::counted;
 
 /// A model that cannot be used: the file, the place in it, and the fault.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -241,6 +242,17 @@ pub enum Fault {
         name: String,
         /// As the file has it.
         role: String,
+    },
+    /// What would be mended, where nothing may be.
+    #[error(
+        "{first}{more}; --repair strict takes sound meshes only: repair it in the program that made it, or use --repair auto",
+        more = if *.others > 0 { format!(", and {} more", counted(*.others, "repair")) } else { String::new() }
+    )]
+    Mended {
+        /// The first repair, as the warning of one.
+        first: String,
+        /// How many more there are.
+        others: usize,
     },
     /// A volume that its slicer cuts away.
     #[error("{name} is a negative volume, which is not subtracted here; subtract it in the program that made it")]

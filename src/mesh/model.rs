@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use hashbrown::{HashMap, HashSet};
 
+use super::captive::captive;
 use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
 use super::soup::{OtherVolume, Soup};
-use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts, winding};
+use super::{ReadOptions, Repair, TriangleMesh, Unit, guess_unit, parts, winding};
 use crate::geom::{Bounds, Object, Vec3};
 use crate::spelling::{part_named, unnamed};
 
@@ -42,6 +43,9 @@ pub struct Model {
     /// Ids of the parts that stand on the table, ascending: those with a face at the lowest z, and those with only an
     /// edge or corner there that nothing else holds (with a warning). Never empty.
     pub on_table: Vec<usize>,
+    /// Ids of the parts that touch nothing and cannot be pulled straight out of those around them, ascending: the roller of a bearing, a link of a
+    /// chain. They are printed in place, with what stands on the table.
+    pub captive: Vec<usize>,
     /// The unit that the file's numbers were read in.
     pub unit: Unit,
     /// What was guessed, mended or passed over, one sentence each.
@@ -85,21 +89,30 @@ impl Model {
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
         let interfaces = interfaces(&parts);
         let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));
-        let mut model = Self { parts, interfaces, on_table: Vec::new(), unit, warnings, bounds, others: Vec::new() };
+        let mut model = Self { parts, interfaces, on_table: Vec::new(), captive: Vec::new(), unit, warnings, bounds, others: Vec::new() };
         model.find_table();
+        let held = model.held();
+        model.captive = captive(&model.parts, &held);
         model
     }
 
     /// The model, and what is still to be done to its parts.
     pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<DrawnModel, Located> {
         let facets = soup.facets.len();
+        let mut mended: Vec<String> = Vec::new();
         let dropped = soup.weld();
         if dropped > 0 {
-            soup.warnings.push(format!("{dropped} facets that use one vertex twice were removed"));
+            mended.push(format!("{dropped} facets that use one vertex twice were removed"));
+            soup.warnings.extend(mended.last().cloned());
         }
         let unit = choose_unit(&mut soup, options.unit);
-        let mended_to = options.repair.then(|| CRACK_MM / unit.millimetres());
+        let said = soup.warnings.len();
+        let mended_to = (options.repair != Repair::Off).then(|| CRACK_MM / unit.millimetres());
         let surfaces = parts::parts(&mut soup, mended_to)?;
+        mended.extend_from_slice(&soup.warnings[said..]);
+        if let ([first, others @ ..], Repair::Strict) = (&mended[..], options.repair) {
+            return Err(Fault::Mended { first: first.clone(), others: others.len() }.at(FilePlace::File));
+        }
         if surfaces.is_empty() {
             return Err(Fault::Collapsed { facets }.at(FilePlace::File));
         }
@@ -138,13 +151,25 @@ impl Model {
         Ok(DrawnModel { model, away, objects })
     }
 
-    /// Ids of the parts that neither stand on the table nor hang together, through interfaces, with one that does;
-    /// ascending, empty for a model that can be built up from the table.
+    /// Ids of the parts that neither stand on the table, nor are [captive](Self::captive), nor hang together, through interfaces, with one that is
+    /// either; ascending, empty for a model that can be built up from the table.
     pub fn floating(&self) -> Vec<usize> {
-        let mut held = vec![false; self.parts.len()];
-        let beside = self.beside();
-        self.on_table.iter().for_each(|&id| hold(id, &beside, &mut held));
+        let held = self.held();
         (0..self.parts.len()).filter(|&id| !held[id]).collect()
+    }
+
+    /// Ids of the parts that are printed upright, first of all and together: those that stand on the table and the captive ones; ascending.
+    pub fn in_place(&self) -> Vec<usize> {
+        let mut all: Vec<usize> = self.on_table.iter().chain(&self.captive).copied().collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// By part, whether it hangs together with one that is printed in place.
+    fn held(&self) -> Vec<bool> {
+        let (beside, mut held) = (self.beside(), vec![false; self.parts.len()]);
+        self.in_place().into_iter().for_each(|id| hold(id, &beside, &mut held));
+        held
     }
 
     /// By part, the first part of its body: parts that hang together through interfaces, directly or through others, are one.

@@ -63,8 +63,8 @@ impl<'a> OnePrint<'a> {
         let parts: Vec<Part> = meshes.into_iter().enumerate().map(part).collect();
         // Who touches whom does not matter for one print, so nobody looks for interfaces.
         let (interfaces, warnings, on_table) = (Vec::new(), Vec::new(), Vec::new());
-        let others = Vec::new();
-        let model = Model { parts, interfaces, on_table, unit: Unit::Millimetre, warnings, bounds, others };
+        let (captive, others) = (Vec::new(), Vec::new());
+        let model = Model { parts, interfaces, on_table, captive, unit: Unit::Millimetre, warnings, bounds, others };
         let workpiece = Workpiece::place(&model, &self.placement);
         let Some(up) = Dir::<Table>::new(workpiece.placed.rotation * up) else { return false };
         self.with_options(&[], |options| {
@@ -89,8 +89,8 @@ impl<'a> OnePrint<'a> {
     pub fn allows_place(&self, place: &Vec3, up: &Vec3) -> bool {
         let (parts, bounds) = (Vec::new(), Bounds::of(std::iter::once(*place)));
         let (interfaces, warnings, on_table) = (Vec::new(), Vec::new(), Vec::new());
-        let others = Vec::new();
-        let model = Model { parts, interfaces, on_table, unit: Unit::Millimetre, warnings, bounds, others };
+        let (captive, others) = (Vec::new(), Vec::new());
+        let model = Model { parts, interfaces, on_table, captive, unit: Unit::Millimetre, warnings, bounds, others };
         let workpiece = Workpiece::place(&model, &self.placement);
         let Some(up) = Dir::<Table>::new(workpiece.placed.rotation * up) else { return false };
         let point = Solid::hull(vec![workpiece.placed.rotation * place + workpiece.placed.translation]);

@@ -250,7 +250,7 @@ struct Task<'a> {
 
 impl Task<'_> {
     fn on_table(&self) -> PartSet {
-        set_of(self.candidates.len(), self.setups.workpiece.model.on_table.iter().copied())
+        set_of(self.candidates.len(), self.setups.workpiece.model.in_place())
     }
 
     fn problem<'b>(&'b self, priority: Priority, on_table: &'b PartSet) -> Problem<'b> {

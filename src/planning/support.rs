@@ -213,7 +213,8 @@ impl Neighbours {
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         let key = Self::key(workpiece, part);
         let carriers = vec![OnceLock::new(); mesh.vertices().len()];
-        let others = if on_table.contains(&true) { near(workpiece, part) } else { Vec::new() };
+        let in_place = on_table.contains(&true) || workpiece.model.captive.contains(&part);
+        let others = if in_place { near(workpiece, part) } else { Vec::new() };
         let near = TriangleMesh::joined(others.iter().map(|&other| &workpiece.parts[other]));
         let near = (!others.is_empty()).then(|| Arc::new(near.moved(&Rigid::shift(Vec3::zeros()))));
         Self { on_facet, on_table, relief, footings, near, key, carriers }
@@ -267,14 +268,14 @@ fn is_upright(up: Dir<Table>) -> bool {
     up.unit().z > 1.0 - 1e-9
 }
 
-/// The parts on the table that hang together with other bodies than `part`, and whose boxes lie below some of it, seen from above.
+/// The parts printed in place that hang together with other bodies than `part`, and whose boxes lie below some of it, seen from above.
 fn near(workpiece: &Workpiece<'_>, part: usize) -> Vec<usize> {
     let own = workpiece.parts[part].bounds();
     let lies_below = |other: &usize| {
         let bounds = workpiece.parts[*other].bounds();
         *other != part && (0..2).all(|i| own.min[i] < bounds.max[i] && bounds.min[i] < own.max[i])
     };
-    let mut all: Vec<usize> = workpiece.model.on_table.iter().copied().filter(lies_below).collect();
+    let mut all: Vec<usize> = workpiece.model.in_place().into_iter().filter(lies_below).collect();
     if !all.is_empty() {
         let body = workpiece.model.bodies();
         all.retain(|&other| body[other] != body[part]);

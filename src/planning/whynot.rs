@@ -86,7 +86,7 @@ pub(super) fn explain(
     let site = Site::of(&setups, options.margin_mm);
     let blocked = site.blocked(&candidates);
     let parts = ways.len();
-    let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
+    let on_table = set_of(parts, workpiece.model.in_place());
     let case = Case { ways, candidates, blocked, site: &site, on_table, options, steps: Cell::new(ALL_STEPS) };
     case.explain(workpiece)
 }

@@ -3,7 +3,7 @@
 
 use trunnion::fixtures::{prism, solid_box};
 use trunnion::geom::{Object, SplitMix64, Vec3};
-use trunnion::mesh::{Fault, FilePlace, Model, ReadOptions, TriangleMesh, read_model, stl_binary};
+use trunnion::mesh::{Fault, FilePlace, Model, ReadOptions, Repair, TriangleMesh, read_model, stl_binary};
 
 use crate::support::seeds;
 
@@ -207,7 +207,7 @@ fn said(model: &Model) -> Vec<&String> {
 
 #[test]
 fn a_damaged_mesh_is_what_it_was_or_is_refused_with_the_places() {
-    let mend = ReadOptions { repair: true, ..ReadOptions::default() };
+    let mend = ReadOptions { repair: Repair::Auto, ..ReadOptions::default() };
     let (mut mended, mut refused) = ([0; KINDS.len()], [0; KINDS.len()]);
     for seed in seeds(2, 60) {
         for (name, mesh) in solids() {
@@ -255,7 +255,7 @@ fn a_damaged_mesh_is_what_it_was_or_is_refused_with_the_places() {
 /// Holes at known places of a tray: what is missing around its corners is told, all of it up to ten.
 #[test]
 fn all_places_that_are_not_sure_are_listed() {
-    let mend = ReadOptions { repair: true, ..ReadOptions::default() };
+    let mend = ReadOptions { repair: Repair::Auto, ..ReadOptions::default() };
     let trays = |count: usize| {
         let mesh = tray();
         let one = |k: usize| {

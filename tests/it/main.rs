@@ -28,6 +28,7 @@ mod imported;
 mod islands;
 mod job;
 mod jogged;
+mod joints;
 mod kinematics;
 mod klippy;
 mod layer_oracle;

@@ -179,7 +179,7 @@ fn help_has_a_short_form_and_a_long_one() {
     for flag in ["--machine", "--output", "--preview", "--port", "--json"] {
         assert!(short.contains(flag), "{flag}:\n{short}");
     }
-    for flag in ["--margin", "--no-repair", "--brace", "--jobs", "--slicer-timeout", "--tolerate"] {
+    for flag in ["--margin", "--repair", "--brace", "--jobs", "--slicer-timeout", "--tolerate"] {
         assert!(!short.contains(flag) && long.contains(flag), "{flag}");
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use trunnion::geom::{Angle, Vec3};
-use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
+use trunnion::mesh::{ReadOptions, Repair, Unit, read_model, read_surface};
 use trunnion::orient::{
     Certified, DifferentialEvolution, Direct, Facets, GradientMethod, GridSearch, Height, Multistart, NelderMead,
     Objective, ObjectiveSettings, OverhangAngle, Search, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles,
@@ -29,7 +29,7 @@ pub(crate) fn meshes() -> Option<PathBuf> {
 /// A seed's mesh in its file's own numbers: the tables know no unit.
 pub(crate) fn facets(folder: &std::path::Path, name: &str) -> Facets {
     let bytes = std::fs::read(folder.join(name)).unwrap();
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     Facets::of(&read_surface(&bytes, name, &options).unwrap())
 }
 
@@ -232,7 +232,7 @@ fn the_written_part_stands_with_its_best_direction_up() {
         run(&[&stem, "--part", "1", "--objective", "height", "--method", "nelder-mead", "-o", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{said}");
     assert!(states(&text, "height | nelder-mead | not proved"), "{text}");
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let mesh = read_surface(&std::fs::read(&out).unwrap(), "turned.stl", &options).unwrap();
     let model = read_model(&std::fs::read(&stem).unwrap(), "y-tree.stl", &options).unwrap();
     let least = NelderMead::default().search(&Height, &Facets::of(&model.parts[1].mesh)).minima[0].value;

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use trunnion::geom::Vec3;
-use trunnion::mesh::{ReadOptions, Unit, read_surface, stl_binary};
+use trunnion::mesh::{ReadOptions, Repair, Unit, read_surface, stl_binary};
 use trunnion::orient::{Facets, ObjectiveSettings, objective};
 
 use crate::orient::meshes;
@@ -49,7 +49,7 @@ fn agree(python: &Path, file: &Path, ups: &[Vec3]) {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", file.display());
     let document: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let name = file.file_name().unwrap().to_str().unwrap();
     let facets = Facets::of(&read_surface(&std::fs::read(file).unwrap(), name, &options).unwrap());
     let all = document.as_object().unwrap();

@@ -132,14 +132,13 @@ pub(in crate::cli) struct ReadArgs {
     /// [default: the only one; inspect, pack and prepare --plates read all of them]
     #[arg(help_heading = MODEL, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), hide_short_help = true)]
     pub(in crate::cli) plate: Option<u32>,
-    /// Refuse open meshes, and repair nothing
-    ///
-    /// [default: cracks, flipped and doubled facets, vertices on edges and small holes are repaired, with a warning]
-    #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide_short_help = true)]
+    /// Repair of meshes: auto (cracks, flipped and doubled facets, vertices on edges and small holes are repaired, with a warning), strict (what needs
+    /// repair is refused) or off (open meshes are refused)
+    #[arg(help_heading = MODEL, long, value_name = "HOW", hide_possible_values = true, value_parser = ["auto", "strict", "off"], default_value = "auto", hide_short_help = true)]
+    pub(in crate::cli) repair: String,
+    /// As `--repair off`
+    #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide = true)]
     pub(in crate::cli) no_repair: bool,
-    /// Repair meshes (the default)
-    #[arg(help_heading = MODEL, long, hide = true)]
-    pub(in crate::cli) repair: bool,
 }
 
 /// How models are set up before they are planned.

@@ -136,12 +136,12 @@ pub(in crate::cli) struct Pack {
     /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
     #[arg(long)]
     pub(in crate::cli) unit: Option<String>,
-    /// Refuse open meshes, and repair nothing [default: cracks, flipped and doubled facets, vertices on edges and small holes are repaired, with a warning]
-    #[arg(long, conflicts_with = "repair")]
+    /// Repair of meshes: auto (what is sure is repaired, with a warning), strict (what needs repair is refused) or off (open meshes are refused)
+    #[arg(long, value_name = "HOW", hide_possible_values = true, value_parser = ["auto", "strict", "off"], default_value = "auto")]
+    pub(in crate::cli) repair: String,
+    /// As `--repair off`
+    #[arg(long, conflicts_with = "repair", hide = true)]
     pub(in crate::cli) no_repair: bool,
-    /// Repair meshes (the default)
-    #[arg(long, hide = true)]
-    pub(in crate::cli) repair: bool,
     /// Build space of each run
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) space: Option<ThreeNumbers>,

@@ -5,7 +5,7 @@ use super::{OrientAsked, OrientRequest, PartChoice};
 use crate::geom::Object;
 use crate::input::load_unposed;
 use crate::input::{BadSetting, InputError, ModelSource};
-use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, TriangleMesh, fanned, read_surface};
+use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, Repair, TriangleMesh, fanned, read_surface};
 use crate::spelling::counted;
 use crate::world::World;
 
@@ -27,7 +27,7 @@ pub(super) fn meshes(
         Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
         // What it is as it was read: a plane surface that was closed by its own shadow encloses nothing.
         Err(InputError::Mesh(error)) => {
-            let as_read = ModelSource { repair: false, ..request.model.clone() };
+            let as_read = ModelSource { repair: Repair::Off, ..request.model.clone() };
             if let Err(InputError::Mesh(error)) = load_unposed(&as_read, world) { error } else { error }
         }
         Err(other) => return Err(other.into()),
@@ -57,7 +57,7 @@ pub(super) fn meshes(
 
 fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, OrientError> {
     let bytes = model.source.bytes(world)?;
-    let options = ReadOptions { unit: model.unit, repair: false, plates: model.plates };
+    let options = ReadOptions { unit: model.unit, repair: Repair::Off, plates: model.plates };
     let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);
     Ok(read?)
 }

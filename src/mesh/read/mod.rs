@@ -25,10 +25,35 @@ use crate::geom::{Bounds, Object};
 pub struct ReadOptions {
     /// The unit of the file's coordinates; `None` takes the file's word, or else guesses by size.
     pub unit: Option<Unit>,
-    /// Whether open or inconsistently wound surfaces may be mended instead of refused.
-    pub repair: bool,
+    /// What becomes of surfaces that are no sound solids.
+    pub repair: Repair,
     /// Which plates of a project.
     pub plates: ProjectPlates,
+}
+
+/// What becomes of surfaces that are no sound solids.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Repair {
+    /// What is open or inconsistently wound is refused. What slicers pass over without a word (facets without area, solids that face
+    /// inward) is passed over, with a warning.
+    #[default]
+    Off,
+    /// What can be mended for sure is mended, with a warning.
+    Auto,
+    /// Whatever would be mended or passed over is refused.
+    Strict,
+}
+
+impl Repair {
+    /// The way that is called so on the command line: `auto`, `strict` or `off`.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "auto" => Some(Self::Auto),
+            "strict" => Some(Self::Strict),
+            "off" => Some(Self::Off),
+            _ => None,
+        }
+    }
 }
 
 /// Reads a model: its closed parts, what they share, and what stands on the table, in mm.
@@ -153,7 +178,7 @@ fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Format, ReadOptions, format_of, read_model, read_surface};
+    use super::{Format, ReadOptions, Repair, format_of, read_model, read_surface};
     use crate::mesh::{Fault, Unit};
 
     #[test]
@@ -192,7 +217,7 @@ mod tests {
     #[test]
     fn an_open_surface_is_read_as_it_is() {
         let text = b"OFF\n4 2 0\n0 0 0\n2 0 0\n0 2 0\n2 2 0\n3 0 1 2\n3 1 3 2\n";
-        let inch = ReadOptions { unit: Some(Unit::Inch), repair: false, ..ReadOptions::default() };
+        let inch = ReadOptions { unit: Some(Unit::Inch), repair: Repair::Off, ..ReadOptions::default() };
         assert!(read_model(text, "square.off", &inch).is_err());
         let mesh = read_surface(text, "square.off", &inch).unwrap();
         assert_eq!((mesh.vertices().len(), mesh.facets().len()), (4, 2));

@@ -124,10 +124,10 @@ fn quoted(name: &str) -> String {
 mod tests {
     use super::quoted;
     use crate::mesh::write::zipped;
-    use crate::mesh::{Fault, ReadOptions, read_model};
+    use crate::mesh::{Fault, ReadOptions, Repair, read_model};
 
     fn fault(bytes: &[u8], name: &str) -> Fault {
-        read_model(bytes, name, &ReadOptions { repair: true, ..ReadOptions::default() }).unwrap_err().fault
+        read_model(bytes, name, &ReadOptions { repair: Repair::Auto, ..ReadOptions::default() }).unwrap_err().fault
     }
 
     #[test]

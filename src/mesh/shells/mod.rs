@@ -77,7 +77,7 @@ pub(super) fn closed_shells(
     facets: &[[u32; 3]],
     first: u32,
 ) -> Result<Vec<Surface>, (usize, Fault)> {
-    const REMEDY: &str = "leave out --no-repair";
+    const REMEDY: &str = "leave out --repair off";
     let mut found = Vec::new();
     for run in closed_runs(facets) {
         let surface = Surface::of(facets, run, first);
@@ -260,7 +260,7 @@ mod tests {
         let (shell, fault) = closed_shells(&corner(), &TETRA[..3], 0).unwrap_err();
         assert_eq!(shell, 0);
         let at = Places::of([Vec3::repeat(1.0 / 3.0)]);
-        assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "leave out --no-repair" });
+        assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "leave out --repair off" });
     }
 
     #[test]
@@ -268,6 +268,6 @@ mod tests {
         let mut facets = TETRA;
         facets[1].swap(0, 1);
         let (_, fault) = closed_shells(&corner(), &facets, 0).unwrap_err();
-        assert_eq!(fault, Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
+        assert_eq!(fault, Fault::Winding { edges: 3, remedy: "leave out --repair off" });
     }
 }

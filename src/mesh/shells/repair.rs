@@ -340,6 +340,6 @@ mod tests {
         assert_eq!(mended(&vertices, surface.clone()).0, Ok(1));
         vertices[2].z = 0.1;
         let error = mended(&vertices, surface).0.unwrap_err();
-        assert!(error.starts_with("4 open edges") && !error.contains("--no-repair"), "{error}");
+        assert!(error.starts_with("4 open edges") && !error.contains("--repair off"), "{error}");
     }
 }

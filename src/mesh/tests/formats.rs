@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Mesh, assert_volumes, close, cube, inside_out, model, read};
 use crate::geom::Vec3;
-use crate::mesh::{Fault, FilePlace, ReadOptions, Unit, read_model, read_surface, stl_binary, threemf};
+use crate::mesh::{Fault, FilePlace, ReadOptions, Repair, Unit, read_model, read_surface, stl_binary, threemf};
 
 fn ascii(mesh: &Mesh, end: &str) -> String {
     let mut text = format!("solid OpenSCAD_Model{end}");
@@ -94,7 +94,7 @@ fn units_are_given_stated_or_guessed() {
         "{:?}",
         model.warnings
     );
-    let inch = ReadOptions { unit: Some(Unit::Inch), repair: false, ..ReadOptions::default() };
+    let inch = ReadOptions { unit: Some(Unit::Inch), repair: Repair::Off, ..ReadOptions::default() };
     let model = read_model(&small, "x.stl", &inch).unwrap();
     assert_eq!((model.unit, model.warnings.len()), (Unit::Inch, 0));
     assert!((model.bounds.max.x - 0.9144).abs() < 1e-6);
@@ -126,7 +126,7 @@ fn a_model_of_which_nothing_is_left_is_refused() {
     let point = b"OFF\n3 2 0\n1 1 1\n1 1 1\n1 1 1\n3 0 1 2\n3 0 2 1\n";
     // Two vertices nearer to each other than `--repair` tells apart, and none of its facets is left.
     let sliver = b"OFF\n6 2 0\n0 0 0\n9 0 0\n9 0 1e-7\n50 0 0\n59 0 0\n59 0 1e-7\n3 0 1 2\n3 3 4 5\n";
-    for (bytes, repair) in [(&point[..], false), (point, true), (sliver, true)] {
+    for (bytes, repair) in [(&point[..], Repair::Off), (point, Repair::Auto), (sliver, Repair::Auto)] {
         let options = ReadOptions { unit: None, repair, ..ReadOptions::default() };
         let error = read_model(bytes, "x.off", &options).unwrap_err();
         assert_eq!(error.fault, Fault::Collapsed { facets: 2 }, "{error}");
@@ -147,6 +147,6 @@ fn a_solid_of_the_smallest_numbers_is_flat() {
 fn what_is_tiny_and_far_from_the_origin_is_not_mended_and_does_not_overflow() {
     let far = 1e7 - 1e-8;
     let text = format!("OFF\n4 2 0\n1e7 0 0\n{far:?} 0 0\n1e7 1e-9 0\n1e7 0 1e-9\n3 0 1 2\n3 0 2 3\n");
-    let options = ReadOptions { unit: None, repair: true, ..ReadOptions::default() };
+    let options = ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() };
     assert!(read_model(text.as_bytes(), "x.off", &options).is_err());
 }

@@ -2,7 +2,7 @@
 
 use super::{Mesh, assert_volumes, close, cube, fault, inside_out, interleaved, model, read};
 use crate::geom::Vec3;
-use crate::mesh::{Fault, FilePlace, Model, ReadOptions, read_model, stl_binary, stl_binary_parts, threemf};
+use crate::mesh::{Fault, FilePlace, Model, ReadOptions, Repair, read_model, stl_binary, stl_binary_parts, threemf};
 
 #[test]
 fn cubes_that_share_a_face_stay_two_parts() {
@@ -139,7 +139,7 @@ fn a_shell_within_a_part_is_its_cavity() {
     assert_volumes(&before, &[936.0]);
     let nested = model(&[&outer, &inside_out(&inner), &cube([4.0; 3], 2.0, false)]);
     assert_volumes(&nested, &[936.0, 8.0]);
-    assert_eq!(nested.floating(), [1]);
+    assert_eq!((nested.captive.as_slice(), nested.floating()), ([1].as_slice(), vec![]));
     let filled = model(&[&outer, &inside_out(&inner), &inner]);
     assert_volumes(&filled, &[936.0, 64.0]);
     assert!(close(filled.interfaces[0].area_mm2, 96.0));
@@ -197,9 +197,9 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     assert_eq!(error.place, FilePlace::Part(1));
     assert!(matches!(error.fault, Fault::Open { edges: 3, .. }), "{error}");
     let text = error.to_string();
-    assert!(text.starts_with("x.stl: part 1: ") && text.ends_with("--no-repair"), "{text}");
+    assert!(text.starts_with("x.stl: part 1: ") && text.ends_with("--repair off"), "{text}");
     let mended =
-        read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true, ..ReadOptions::default() }).unwrap();
+        read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() }).unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
     let [warning] = &mended.warnings[..] else { panic!("{:?}", mended.warnings) };
     assert!(["repair: 1 hole", "1 facet", "near"].iter().all(|fact| warning.contains(fact)), "{warning}");
@@ -210,8 +210,8 @@ fn a_cube_with_a_facet_turned_over_is_refused_and_mended() {
     let mut facets = cube([0.0; 3], 2.0, false).facets().to_vec();
     facets[0].swap(0, 1);
     let twisted = Mesh::new(cube([0.0; 3], 2.0, false).vertices().to_vec(), facets);
-    assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
-    let repair = ReadOptions { unit: None, repair: true, ..ReadOptions::default() };
+    assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "leave out --repair off" });
+    let repair = ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() };
     let mended = read_model(&stl_binary(&twisted), "x.stl", &repair).unwrap();
     assert_volumes(&mended, &[8.0]);
 }
@@ -253,4 +253,64 @@ fn parts_of_one_name_are_numbered() {
     let parts = named.into_iter().enumerate().map(|(i, name)| (name, at(i))).collect();
     let names: Vec<String> = Model::from_parts(parts).parts.into_iter().map(|part| part.name).collect();
     assert_eq!(names, ["a", "a-2", "a-2-2", "a-3", "b", "a-2-3"]);
+}
+
+/// Of a cube and what is around it, which parts are captive and which float.
+fn caught(around: &[Mesh]) -> [Vec<usize>; 2] {
+    let inner = cube([3.0, 3.0, 3.0], 4.0, false);
+    let all: Vec<&Mesh> = std::iter::once(&inner).chain(around).collect();
+    let model = model(&all);
+    [model.captive.clone(), model.floating()]
+}
+
+#[test]
+fn what_no_straight_way_leads_out_of_is_captive() {
+    let slab = |low: [f64; 3], high: [f64; 3]| {
+        let size = Vec3::from(high) - Vec3::from(low);
+        let unit = cube([0.0; 3], 1.0, false);
+        let place = |v: &Vec3| Vec3::from(low) + v.component_mul(&size);
+        Mesh::new(unit.vertices().iter().map(place).collect(), unit.facets().to_vec())
+    };
+    // Plates 0.5 mm from the cube, each one part, in contact with their neighbours.
+    let floor = slab([0.0, 0.0, 0.0], [10.0, 10.0, 2.5]);
+    let roof = slab([0.0, 0.0, 7.5], [10.0, 10.0, 10.0]);
+    let left = slab([0.0, 0.0, 2.5], [2.5, 10.0, 7.5]);
+    let right = slab([7.5, 0.0, 2.5], [10.0, 10.0, 7.5]);
+    let front = slab([2.5, 0.0, 2.5], [7.5, 2.5, 7.5]);
+    let back = slab([2.5, 7.5, 2.5], [7.5, 10.0, 7.5]);
+    let all = [floor, roof, left, right, front, back];
+    let without = |gone: &[usize]| -> Vec<Mesh> {
+        all.iter().enumerate().filter(|(i, _)| !gone.contains(i)).map(|(_, mesh)| mesh.clone()).collect()
+    };
+    assert_eq!(caught(&without(&[])), [vec![0], vec![]]);
+    // One way out, and it lies: an axle in its bore, with the far end closed or open.
+    assert_eq!(caught(&without(&[5])), [vec![0], vec![]]);
+    assert_eq!(caught(&without(&[4, 5])), [vec![0], vec![]]);
+    // Upward, or to two sides: it can be put there later, and where it is to be is not known.
+    assert_eq!(caught(&without(&[1])), [vec![], vec![0]]);
+    assert_eq!(caught(&without(&[3, 5])), [vec![], vec![0]]);
+    // With nothing that stands, nothing is printed in place.
+    let high = |mesh: &Mesh| Mesh::new(mesh.vertices().iter().map(|v| v + Vec3::z() * 0.3).collect(), mesh.facets().to_vec());
+    let foot = slab([50.0, 50.0, 0.0], [60.0, 60.0, 2.0]);
+    let cell: Vec<Mesh> = all.iter().map(high).chain([foot]).collect();
+    let [captive, floating] = caught(&cell);
+    assert_eq!((captive.len(), floating.len()), (0, 7), "{captive:?} {floating:?}");
+}
+
+#[test]
+fn where_nothing_may_be_repaired_what_would_be_is_refused() {
+    let whole = cube([0.0; 3], 10.0, false);
+    let strict = ReadOptions { repair: Repair::Strict, ..ReadOptions::default() };
+    let of = |meshes: &[&Mesh]| read_model(&stl_binary_parts(meshes), "x.stl", &strict);
+    assert!(of(&[&whole]).unwrap().warnings.is_empty());
+    let open = Mesh::new(whole.vertices().to_vec(), whole.facets()[1..].to_vec());
+    for (damaged, word) in [(&open, "1 hole"), (&inside_out(&whole), "flipped")] {
+        let error = of(&[damaged]).unwrap_err();
+        let Fault::Mended { first, others: 0 } = &error.fault else { panic!("{error}") };
+        assert!(first.contains(word), "{first}");
+    }
+    // The doubled cube and the hole of another are two repairs.
+    let far = cube([20.0, 0.0, 0.0], 10.0, false);
+    let far = Mesh::new(far.vertices().to_vec(), far.facets()[1..].to_vec());
+    assert!(matches!(of(&[&whole, &whole, &far]).unwrap_err().fault, Fault::Mended { others: 1, .. }));
 }

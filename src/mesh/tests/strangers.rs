@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::{cube, read};
 use crate::mesh::write::zipped;
-use crate::mesh::{ReadOptions, read_model, stl_binary, threemf};
+use crate::mesh::{ReadOptions, Repair, read_model, stl_binary, threemf};
 
 /// The folder of meshes that may not be copied here: `TRUNNION_MESHES`, or beside the checkout.
 fn folder() -> Option<std::path::PathBuf> {
@@ -32,13 +32,13 @@ fn meshes_of_others_are_read_or_refused_but_never_panic() {
         let bytes = std::fs::read(path).unwrap();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let start = Instant::now();
-        for repair in [false, true] {
+        for repair in [Repair::Off, Repair::Auto] {
             match read_model(&bytes, &name, &ReadOptions { unit: None, repair, ..ReadOptions::default() }) {
                 Ok(model) => {
                     let volumes: Vec<f64> = model.parts.iter().map(|part| part.mesh.volume()).collect();
                     assert!(volumes.iter().all(|&volume| volume > 0.0));
                     println!(
-                        "{name}: repair {repair}, {} {volumes:.3?} {:?} {:.0?}",
+                        "{name}: repair {repair:?}, {} {volumes:.3?} {:?} {:.0?}",
                         model.unit,
                         model.warnings,
                         start.elapsed()
@@ -100,7 +100,7 @@ fn damaged_files_are_refused_or_read_but_never_panic() {
             bytes = zipped(&[("3D/3dmodel.model", &bytes)]);
         }
         for name in ["x.stl", "x.obj", "x.off", "x.3mf"] {
-            let repair = ReadOptions { unit: None, repair: true, ..ReadOptions::default() };
+            let repair = ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() };
             let done = if noise.below(2) == 0 { read(&bytes, name) } else { read_model(&bytes, name, &repair) };
             (if done.is_ok() { &mut fine } else { &mut bad })[kind] += 1;
         }

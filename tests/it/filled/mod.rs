@@ -7,7 +7,7 @@
 mod around;
 mod clock;
 mod configured;
-mod moves;
+pub(crate) mod moves;
 mod raster;
 mod shapes;
 mod travels;

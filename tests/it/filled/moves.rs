@@ -1,22 +1,27 @@
 //! The moves of a sliced file, mm, read by nobody's code but this.
 
 /// A move as it stands in the file.
-pub(super) struct Step {
-    pub(super) from: [f64; 3],
-    pub(super) to: [f64; 3],
+pub(crate) struct Step {
+    pub(crate) from: [f64; 3],
+    pub(crate) to: [f64; 3],
     /// Filament, mm.
-    pub(super) e: f64,
+    pub(crate) e: f64,
     /// Whether the slicer calls it a bridge.
-    pub(super) bridge: bool,
+    pub(crate) bridge: bool,
+    /// The print it is of, where the file says so.
+    pub(crate) print: usize,
 }
 
 /// All moves of a file with relative E, or with absolute E and G92.
-pub(super) fn steps(gcode: &str) -> Vec<Step> {
-    let (mut at, mut last_e, mut relative, mut bridge) = ([0.0; 3], 0.0, false, false);
+pub(crate) fn steps(gcode: &str) -> Vec<Step> {
+    let (mut at, mut last_e, mut relative, mut bridge, mut print) = ([0.0; 3], 0.0, false, false, 0);
     let mut found = Vec::new();
     for line in gcode.lines() {
         if let Some(kind) = line.strip_prefix(";TYPE:") {
             bridge = kind.starts_with("Bridge");
+        }
+        if let Some(number) = line.strip_prefix(";TRUNNION print=") {
+            print = number.split(' ').next().unwrap().parse().unwrap();
         }
         let code = line.split(';').next().unwrap();
         let word =
@@ -32,7 +37,7 @@ pub(super) fn steps(gcode: &str) -> Vec<Step> {
                 }
                 let e = word('E').map_or(0.0, |e| if relative { e } else { e - last_e });
                 last_e = word('E').unwrap_or(last_e);
-                found.push(Step { from, to: at, e, bridge });
+                found.push(Step { from, to: at, e, bridge, print });
             }
             _ => {}
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
 
 use serde_json::Value;
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
 use trunnion::pack::Method;
 
 use super::mpv;
@@ -43,7 +43,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 
 /// The plates of a folder as they are read back: what is in them, part by part.
 fn read(path: &Path) -> Vec<TriangleMesh> {
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let model = read_model(&std::fs::read(path).unwrap(), "plate.3mf", &options).unwrap();
     model.parts.into_iter().map(|part| part.mesh).collect()
 }
@@ -194,7 +194,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
             &["cube.stl: 20 x 30 x 40 mm does not fit", "25 x 25 x 100", "--turn any"],
         ),
         (&["cube.stl", "--space", "25,35,35", "--turn", "z"], &["at any angle about Z"]),
-        (&["open.stl", "--no-repair", space[0], space[1]], &["open.stl", "open edges", "--no-repair"]),
+        (&["open.stl", "--no-repair", space[0], space[1]], &["open.stl", "open edges", "--repair off"]),
         (&["cube.stl*0", space[0], space[1]], &["cube.stl: the count must be between 1 and", "5000"]),
         (&["cube.stl*10000", space[0], space[1]], &["cube.stl: the count must be between 1 and", "5000"]),
         (&["cube.stl*3000", "cube.stl*3000", space[0], space[1]], &["6000 pieces are too many", "5000"]),

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use trunnion::geom::Object;
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary};
 
 use super::recommended;
 use super::shapes::{boxes, shapes};
@@ -132,7 +132,7 @@ fn several_parts_are_written_beside_each_other() {
     let (code, _, said) = run(&[&fixture("y-tree"), "-o", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{said}");
     let bytes = std::fs::read(&out).unwrap();
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let parts = read_model(&bytes, "all.stl", &options).unwrap().parts;
     let before = read_model(&std::fs::read(fixture("y-tree")).unwrap(), "y-tree.stl", &options).unwrap().parts;
     assert_eq!(parts.len(), before.len());

@@ -10,7 +10,7 @@ mod shapes;
 mod tweaker;
 
 use trunnion::geom::Vec3;
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_surface};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_surface};
 use trunnion::orient::{Facets, Mass, Priced, Process, Recommendation, STANDS_DEG, recommend};
 
 use crate::orient::meshes;
@@ -130,7 +130,7 @@ fn printed() -> Option<Vec<(String, Mesh)>> {
     let read = |entry: std::io::Result<std::fs::DirEntry>| {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
         let mesh: Mesh = read_surface(&std::fs::read(&path).unwrap(), &name, &options).unwrap();
         let bounds = mesh.bounds();
         let scale = 100.0 / bounds.size().max();

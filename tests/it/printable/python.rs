@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 
 use trunnion::geom::Vec3;
-use trunnion::mesh::{ReadOptions, Unit, read_surface, stl_binary};
+use trunnion::mesh::{ReadOptions, Repair, Unit, read_surface, stl_binary};
 use trunnion::orient::{Facets, FirstLayer, Height, Objective};
 
 use super::LAYER_MM;
@@ -46,7 +46,7 @@ fn trimesh_has_the_same_first_layers() {
         let name = file.file_name().unwrap().to_str().unwrap();
         assert!(output.status.success(), "{name}");
         let seen: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
         let facets = Facets::of(&read_surface(&std::fs::read(&file).unwrap(), name, &options).unwrap());
         let mass = facets.mass();
         let near = |ours: f64, theirs: &serde_json::Value, size: f64, what: &str| {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use trunnion::geom::{Angle, Slot};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary};
 use trunnion::support::{Bars, Build, Built, Ceiling, FlowMethod, Graph, PlannedFlow, Structure, build, cover, plan};
 
 use super::scenes::{self, Scene};
@@ -77,7 +77,7 @@ fn what_is_written_is_read_as_closed_solids() {
     let ceiling = Ceiling::of(&graph, &scene.meshes.iter().collect::<Vec<_>>());
     for (name, structure) in Structure::NAMED {
         let built = built(&graph, &planned, &ceiling, structure);
-        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
         let model = read_model(&stl_binary(&built.mesh), "supports.stl", &options).unwrap();
         assert_eq!(model.parts.len(), built.chains, "{name}");
         let volume: f64 = model.parts.iter().map(|part| part.mesh.volume()).sum();
@@ -101,7 +101,7 @@ fn a_roof_is_read_as_closed_solids_too() {
         assert_closed(&roofed.mesh);
         assert!(roofed.bars > 50 && roofed.bars < last, "{} bars, {last} before", roofed.bars);
         last = roofed.bars;
-        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
         let model = read_model(&stl_binary(&roofed.mesh), "supports.stl", &options).unwrap();
         assert_eq!(model.parts.len(), roofed.chains + roofed.bars);
         // A bar is as high everywhere: its volume is that of its upper side.

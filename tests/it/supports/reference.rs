@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use trunnion::geom::{Angle, Slot, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model};
 use trunnion::support::{
     FlowLimits, FlowMethod, Graph, Grid, PathDrawing, min_cost, plan, push_relabel, shortest_paths,
 };
@@ -42,7 +42,7 @@ pub(super) fn meshes(name: &str) -> Option<Vec<TriangleMesh<Slot>>> {
     let model = read_model(
         &bytes,
         name,
-        &ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() },
+        &ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() },
     )
     .unwrap();
     let slot = |mesh: &TriangleMesh| TriangleMesh::new(mesh.vertices().to_vec(), mesh.facets().to_vec());

@@ -7,7 +7,7 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::Value;
 use trunnion::geom::{Slot, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary_parts};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary_parts};
 
 use super::beside::triangles;
 use super::judge::{Layer, Line, Ruler, Triangle};
@@ -130,7 +130,7 @@ fn supported(meshes: &[TriangleMesh<Slot>], more: &[&str], folder: &Path) -> (Tr
     let words = ["--unit", "mm", "--keep-z", "--json", "-o"];
     let run = trunnion().arg("support").arg(&model).args(words).arg(&out).args(more).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let read = read_model(&std::fs::read(&out).unwrap(), "supports.stl", &options).unwrap();
     let (mut vertices, mut facets) = (Vec::new(), Vec::new());
     for part in &read.parts {

@@ -5,7 +5,7 @@ use std::process::Output;
 
 use serde_json::Value;
 use trunnion::geom::{Slot, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
+use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
 
 use super::{reference, scenes};
 use crate::support::{first_error, folder, said, states, trunnion};
@@ -95,7 +95,7 @@ fn files_are_the_same_each_time_and_hold_what_is_said() {
         assert!(read("a") == read("b"), "{ending}");
     }
     assert!(std::fs::read(at("a.png")).unwrap().starts_with(b"\x89PNG"));
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let supports = read_model(&std::fs::read(at("a.stl")).unwrap(), "a.stl", &options).unwrap();
     let volume: f64 = supports.parts.iter().map(|part| part.mesh.volume()).sum();
     let said = done["volume_mm3"].as_f64().unwrap();
@@ -119,7 +119,7 @@ fn a_roof_and_struts_are_told_and_written() {
     assert!(stiff["struts"].as_u64() > Some(3) && stiff["roof_bars"].as_u64() > Some(50), "{stiff}");
     assert!(plain["longest_free_mm"].as_f64() > Some(8.6) && stiff["longest_free_mm"].as_f64() <= Some(8.7), "{stiff}");
     assert!(more("volume_mm3") > 0.0 && more("contact_mm2") > 0.0 && more("cost") == 0.0, "{stiff}");
-    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false, ..ReadOptions::default() };
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
     let read = read_model(&std::fs::read(&supports).unwrap(), "supports.stl", &options).unwrap();
     assert!(read.parts.len() as u64 > stiff["roof_bars"].as_u64().unwrap());
 }
@@ -150,7 +150,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     let name = |ending: &str| folder.path().join(ending).display().to_string();
     let (text, stl) = (name("supports.txt"), name("supports.stl"));
     let cases: [(&Path, &[&str], &[&str]); 19] = [
-        (&open_file, &["-o", &stl, "--no-repair"], &["open.stl", "3 open edges", "--no-repair"]),
+        (&open_file, &["-o", &stl, "--repair", "off"], &["open.stl", "3 open edges", "--repair off"]),
         (&ring, &["--step", "0"], &["--step", "0.05 and 100", "got 0 mm"]),
         (&ring, &["--step", "-2"], &["--step", "0.05 and 100", "got -2 mm"]),
         (&ring, &["--step", "0.5", "--wall", "0.6"], &["--wall", "0.01 and 0.5", "got 0.6 mm"]),

@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::io::{Cursor, Write};
 
-use trunnion::mesh::{MAX_COORDINATE, ReadOptions, TriangleMesh, Unit, read_model, read_surface, stl_binary, threemf};
+use trunnion::mesh::{MAX_COORDINATE, ReadOptions, Repair, TriangleMesh, Unit, read_model, read_surface, stl_binary, threemf};
 
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::choice;
 
 const NAMES: [&str; 5] = ["any.stl", "any.obj", "any.off", "any.3mf", "any"];
+const REPAIRS: [Repair; 4] = [Repair::Off, Repair::Auto, Repair::Off, Repair::Strict];
 const UNITS: [Option<Unit>; 3] = [None, Some(Unit::Millimetre), Some(Unit::Inch)];
 
 /// From this first byte on the bytes are the model within a 3MF.
@@ -21,7 +22,7 @@ pub(super) fn mesh(data: &[u8]) {
     let bytes = if how < XML { Cow::Borrowed(bytes) } else { Cow::Owned(packed(bytes)) };
     let (how, bytes) = (usize::from(how), &*bytes);
     let name = NAMES[how % NAMES.len()];
-    let options = ReadOptions { unit: UNITS[how / 5 % 3], repair: how / 15 % 2 == 1, ..ReadOptions::default() };
+    let options = ReadOptions { unit: UNITS[how / 5 % 3], repair: REPAIRS[how / 15 % 4], ..ReadOptions::default() };
     match read_surface(bytes, name, &options) {
         Ok(surface) => whole(&surface),
         Err(error) => assert!(error.to_string().contains(name), "{error}"),

@@ -1,0 +1,124 @@
+//! Parts that are caught in others: what a joint that is printed in place is made of.
+//!
+//! A ball in its cage and a link of a chain touch nothing, and no straight way leads out of what is around them; an axle in its bore leaves it along
+//! the bore alone, and lies. A lid that was drawn a little too high has more ways, and a peg in its hole goes upward: whoever assembles parts can put
+//! these there later, and they are not caught. Straight ways are tried along [`ways`], by rays along each: a part that is blocked only where two edges
+//! would meet between all rays counts as free.
+
+use super::{BoxTree, Part, TriangleMesh, may_overlap};
+use crate::geom::{Bounds, Mat3, Object, Vec3};
+
+/// No more parts than these are looked at: specks of a scan are no joints.
+const MOST: usize = 200;
+/// Parts whose boxes are farther apart do not catch each other, mm.
+const NEAR_MM: f64 = 2.0;
+/// Flat faces whose normals are tried as ways, the largest of a part.
+const MOST_NORMALS: usize = 8;
+/// Directions nearer to each other than this are one, as a cosine.
+const SAME_WAY: f64 = 0.999;
+/// A line that rises by less than this (sine) lies.
+const LYING: f64 = 0.5;
+/// What a ray meets nearer than this is where it begins, mm.
+const START_MM: f64 = 1e-6;
+
+/// Of the parts that `held` says no to, those that are caught among others of which one is held; ascending.
+pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
+    let loose: Vec<usize> = (0..parts.len()).filter(|&id| !held[id]).collect();
+    if loose.is_empty() || loose.len() > MOST {
+        return Vec::new();
+    }
+    let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds().inflated(NEAR_MM / 2.0)).collect();
+    let (bounds, all) = (&bounds, 0..parts.len());
+    let around = |id: usize| all.clone().filter(move |&other| other != id && bounds[id].meets(&bounds[other]));
+    let is_caught = |&id: &usize| {
+        let others: Vec<&Part> = around(id).map(|other| &parts[other]).collect();
+        // What overlaps is no joint, and whatever begins in material is blocked by it.
+        let overlaps = |other: &&Part| may_overlap(&parts[id], other, &BoxTree::new(&other.mesh), false);
+        !others.is_empty()
+            && !others.iter().any(overlaps)
+            && is_blocked(&parts[id].mesh, &TriangleMesh::joined(others.iter().map(|other| &other.mesh)))
+    };
+    let mut caught: Vec<usize> = loose.into_iter().filter(is_caught).collect();
+    let mut reached = held.to_vec();
+    let mut kept = Vec::new();
+    while let Some(at) = caught.iter().position(|&id| around(id).any(|other| reached[other])) {
+        let id = caught.remove(at);
+        reached[id] = true;
+        kept.push(id);
+    }
+    kept.sort_unstable();
+    kept
+}
+
+/// Whether every way out of `others` is blocked for `mesh`, but for those along one line that lies.
+fn is_blocked(mesh: &TriangleMesh<Object>, others: &TriangleMesh<Object>) -> bool {
+    let mut line: Option<Vec3> = None;
+    ways(mesh).iter().filter(|way| !is_blocked_along(mesh, others, way)).all(|way| {
+        let along = line.get_or_insert(*way);
+        way.z.abs() < LYING && along.dot(way).abs() > SAME_WAY
+    })
+}
+
+/// The axes, the diagonals between two and three of them, and the normals of the part's largest faces, both ways; unit vectors.
+fn ways(mesh: &TriangleMesh<Object>) -> Vec<Vec3> {
+    let steps = || [-1.0, 0.0, 1.0].into_iter();
+    let grid = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| Vec3::new(x, y, z))));
+    let mut ways: Vec<Vec3> = grid.filter_map(|way| way.try_normalize(0.5)).collect();
+    let mut faces: Vec<(Vec3, f64)> = Vec::new();
+    for facet in 0..mesh.facets().len() {
+        let Some(normal) = mesh.normal(facet) else { continue };
+        let area = mesh.facet_area(facet);
+        match faces.iter().position(|(other, _)| other.dot(&normal) > SAME_WAY) {
+            Some(known) => faces[known].1 += area,
+            // A round part has as many normals as facets, and none that says more than the others.
+            None if faces.len() >= MOST => {}
+            None => faces.push((normal, area)),
+        }
+    }
+    faces.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (normal, _) in faces.into_iter().take(MOST_NORMALS) {
+        for way in [normal, -normal] {
+            if ways.iter().all(|known| known.dot(&way) < SAME_WAY) {
+                ways.push(way);
+            }
+        }
+    }
+    ways
+}
+
+/// Whether a ray along `way` leads from the part to one of the others, or one against it from them to the part.
+fn is_blocked_along(mesh: &TriangleMesh<Object>, others: &TriangleMesh<Object>, way: &Vec3) -> bool {
+    let across = Vec3::ith(way.iamin(), 1.0).cross(way).normalize();
+    let upright = Mat3::from_rows(&[across.transpose(), way.cross(&across).transpose(), way.transpose()]);
+    let turned = |mesh: &TriangleMesh<Object>| {
+        TriangleMesh::<Object>::new(mesh.vertices().iter().map(|v| upright * v).collect(), mesh.facets().to_vec())
+    };
+    let (mesh, others) = (turned(mesh), turned(others));
+    meets(&mesh, &others, 1.0) || meets(&others, &mesh, -1.0)
+}
+
+/// Whether a ray from a corner or the middle of one of the facets of `from` meets `to`, going up (`sign` 1) or down (-1).
+fn meets(from: &TriangleMesh<Object>, to: &TriangleMesh<Object>, sign: f64) -> bool {
+    let (tree, bounds) = (BoxTree::new(to), to.bounds());
+    let reach = |start: &Vec3| {
+        let end = Vec3::new(start.x, start.y, if sign > 0.0 { bounds.max.z } else { bounds.min.z });
+        ((end.z - start.z) * sign > 0.0).then(|| Bounds::of([*start, end]))
+    };
+    let hits = |start: &Vec3| {
+        let Some(way) = reach(start).filter(|way| way.meets(&bounds)) else { return false };
+        let mut any = false;
+        tree.visit(&way, |facet| any |= height_over(&to.corners(facet), start).is_some_and(|z| sign * z > START_MM));
+        any
+    };
+    let middle = |facet: usize| from.corners(facet).iter().sum::<Vec3>() / 3.0;
+    (0..from.facets().len()).any(|facet| hits(&middle(facet))) || from.vertices().iter().any(hits)
+}
+
+/// How far above `start` a triangle is, seen from above; `None` beside it.
+fn height_over([a, b, c]: &[Vec3; 3], start: &Vec3) -> Option<f64> {
+    let side = |p: &Vec3, q: &Vec3| (q.x - p.x) * (start.y - p.y) - (q.y - p.y) * (start.x - p.x);
+    let (u, v, w) = (side(b, c), side(c, a), side(a, b));
+    let whole = u + v + w;
+    let within = (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
+    within.then(|| (u * a.z + v * b.z + w * c.z) / whole - start.z)
+}

@@ -1,0 +1,151 @@
+//! Joints that are printed in place, of the kinds that people draw, from one file to a verified one: parts stay apart by the gap as it was drawn, in the
+//! lines of the file as well, or the refusal says which part is caught and what to do.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::filled::moves::{Step, steps};
+use crate::split::solids::{Shape, ball, block, rod, turned};
+use crate::support::{every, fails, folder as new_folder, said, trunnion};
+
+/// A cube in a closed cell, with the gap on all sides.
+fn cell(gap: f64) -> [Shape; 2] {
+    let (inner, room) = (8.0, 8.0 + 2.0 * gap);
+    let hull = block(16.0, 16.0, 4.0 + room).less(&block(room, room, room).at(4.0 - gap, 4.0 - gap, 2.0));
+    [block(inner, inner, inner).at(4.0, 4.0, 2.0 + gap), hull]
+}
+
+/// An axle that lies in the bore of a block, as long as the block is, and longer.
+fn axle(gap: f64) -> [Shape; 2] {
+    let lying = |radius: f64, length: f64| rod(radius, length, 48).at(0.0, 0.0, -length / 2.0).about_y(90.0);
+    let hull = block(20.0, 20.0, 12.0).at(-10.0, -10.0, 0.0).less(&lying(4.0 + gap, 60.0).at(0.0, 0.0, 6.0));
+    [lying(4.0, 30.0).at(0.0, 0.0, 6.0), hull]
+}
+
+/// Two rings that hold each other by a ridge, lying on their side: the inner one stands on nothing.
+fn bearing_on_edge(gap: f64) -> [Shape; 2] {
+    let ring = |outer: &[[f64; 2]]| turned(outer, 48).at(0.0, 0.0, -4.0).about_y(90.0).at(0.0, 0.0, 13.0);
+    let inner = turned(&[[7.0, 0.0], [9.0, 4.0], [7.0, 8.0]], 48).less(&rod(4.0, 30.0, 48).at(0.0, 0.0, -5.0));
+    let hole = [[7.0 + gap, -1.0], [7.0 + gap, 0.0], [9.0 + gap, 4.0], [7.0 + gap, 8.0], [7.0 + gap, 9.0]];
+    let outer = rod(13.0, 8.0, 96).at(0.0, 0.0, -4.0).about_y(90.0).at(0.0, 0.0, 13.0).less(&ring(&hole));
+    [inner.at(0.0, 0.0, -4.0).about_y(90.0).at(0.0, 0.0, 13.0), outer]
+}
+
+/// A ball in a socket that goes over its middle; the ball stands on a flat.
+fn ball_in_socket(gap: f64) -> [Shape; 2] {
+    let whole = ball(6.0, 48);
+    let flat = block(20.0, 20.0, 20.0).at(-10.0, -10.0, -25.0);
+    let inner = whole.less(&flat).at(0.0, 0.0, 5.0);
+    let socket = rod(9.0, 10.0, 64).less(&ball(6.0 + gap, 48).at(0.0, 0.0, 5.0));
+    [inner, socket]
+}
+
+struct Kind {
+    name: &'static str,
+    of: fn(f64) -> [Shape; 2],
+    /// The first part stands on nothing.
+    floats: bool,
+    /// From this gap on the part that floats is too high above the other one.
+    refused_from: f64,
+}
+
+const KINDS: [Kind; 4] = [
+    Kind { name: "cell", of: cell, floats: true, refused_from: 0.45 },
+    Kind { name: "axle", of: axle, floats: true, refused_from: f64::INFINITY },
+    Kind { name: "bearing", of: bearing_on_edge, floats: true, refused_from: f64::INFINITY },
+    Kind { name: "ball", of: ball_in_socket, floats: false, refused_from: f64::INFINITY },
+];
+
+fn written(folder: &Path, name: &str, shapes: &[Shape]) {
+    let meshes: Vec<_> = shapes.iter().map(Shape::mesh).collect();
+    fs::write(folder.join(name), trunnion::mesh::stl_binary_parts(&meshes.iter().collect::<Vec<_>>())).unwrap();
+}
+
+#[test]
+fn what_is_caught_is_printed_in_place() {
+    let folder = new_folder();
+    let here = folder.path();
+    // In the suite every third size of each.
+    for (place, kind) in KINDS.iter().enumerate() {
+        let gaps = [0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
+        for gap in gaps.into_iter().skip(place % every(3)).step_by(every(3)) {
+            let (name, file) = (format!("{} {gap}", kind.name), format!("{}.stl", kind.name));
+            written(here, &file, &(kind.of)(gap));
+            let inspected = trunnion().current_dir(here).args(["inspect", &file, "--json"]).output().unwrap();
+            let model: Value = serde_json::from_slice(&inspected.stdout).unwrap();
+            let captive = if kind.floats { serde_json::json!([0]) } else { serde_json::json!([]) };
+            assert_eq!((&model["captive"], &model["floating"]), (&captive, &serde_json::json!([])), "{name}: {model}");
+            let args = ["prepare", &file, "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode", "--json"];
+            let done = trunnion().current_dir(here).args(args).output().unwrap();
+            if gap >= kind.refused_from {
+                assert!(!done.status.success() && !here.join("out.gcode").exists(), "{name}");
+                assert!(fails(&said(&done), "plan/no-plan: part 0 | begins in mid-air"), "{name}: {}", said(&done));
+                continue;
+            }
+            assert!(done.status.success(), "{name}: {}", said(&done));
+            // Nothing was moved to meet, and one pose prints both.
+            assert!(!here.join("out.parts.3mf").exists(), "{name}");
+            let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+            assert_eq!(document["plan"]["slots"].as_array().unwrap().len(), 1, "{name}");
+            let joints = document["verify"]["joints"].as_array().unwrap();
+            let [joint] = &joints[..] else { panic!("{name}: {joints:?}") };
+            assert_eq!(joint["parts"], serde_json::json!([0, 1]), "{name}");
+            let told = joint["gap_mm"].as_f64().unwrap();
+            let measured = least_room(&fs::read_to_string(here.join("out.gcode")).unwrap());
+            assert!((told - measured).abs() < 0.03, "{name}: {told} mm told, {measured} mm measured");
+            // Lines follow a curved wall up to a few hundredths; what is fused has no room at all.
+            assert!(measured > gap - 0.06, "{name}: {measured} mm between the lines");
+            fs::remove_file(here.join("out.gcode")).unwrap();
+        }
+    }
+}
+
+/// The least room between the lines of two prints at one height, seen from above, mm: places along one against the lines of the other.
+fn least_room(gcode: &str) -> f64 {
+    let lines: Vec<Line> = steps(gcode).into_iter().filter_map(Line::of).collect();
+    let (one, other): (Vec<&Line>, Vec<&Line>) = lines.iter().partition(|line| line.print == 0);
+    assert!(!one.is_empty() && !other.is_empty());
+    let mut least = f64::INFINITY;
+    for line in one {
+        for against in other.iter().filter(|against| (against.z - line.z).abs() < LAYER_MM / 2.0) {
+            for step in 0..=8 {
+                let t = f64::from(step) / 8.0;
+                let at = [0, 1].map(|i| line.from[i] + t * (line.to[i] - line.from[i]));
+                least = least.min(distance(at, against.from, against.to) - (line.width + against.width) / 2.0);
+            }
+        }
+    }
+    least
+}
+
+/// Filament of 1.75 mm, mm², and the profile's layers, mm.
+const FILAMENT_MM2: f64 = std::f64::consts::PI / 4.0 * 1.75 * 1.75;
+const LAYER_MM: f64 = 0.2;
+
+/// A printed line, seen from above, mm.
+struct Line {
+    from: [f64; 2],
+    to: [f64; 2],
+    z: f64,
+    /// Of a rectangle with round sides.
+    width: f64,
+    print: usize,
+}
+
+impl Line {
+    fn of(step: Step) -> Option<Self> {
+        let [from, to] = [step.from, step.to].map(|p| [p[0], p[1]]);
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let width = step.e * FILAMENT_MM2 / length / LAYER_MM + LAYER_MM * (1.0 - std::f64::consts::FRAC_PI_4);
+        (step.e > 0.0 && length > 0.05).then_some(Self { from, to, z: step.to[2], width, print: step.print })
+    }
+}
+
+fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let length = along[0].hypot(along[1]).max(1e-12);
+    let t = ((along[0] * to[0] + along[1] * to[1]) / (length * length)).clamp(0.0, 1.0);
+    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
+}
