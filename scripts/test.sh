@@ -59,6 +59,12 @@ lints_and_documentation() {
 }
 start_beside "lints and documentation" lints_and_documentation
 
+if cargo deny --version >/dev/null 2>&1; then
+    step "licences and sources of the dependencies" cargo deny --locked check licenses sources bans
+else
+    skip "licences and sources of the dependencies were not checked: cargo-deny is not there"
+fi
+
 # With the Python package, of which nothing is built here, what both need has the features of both: the wheel is built from the same library.
 features=(--locked --all-features --package trunnion --package trunnion-python)
 # Half of the tests' time is waiting for printers and servers: four times as many as processors keep these busy.

@@ -6,13 +6,17 @@ use super::args::Verify as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, CheckedPlan, Error, OutputFile, PrintError, Source, StrategyError, Verified, VerifyRequest};
+use crate::job::{
+    self, CheckedPlan, Error, MachineSource, OutputFile, PrintError, RefereeRequest, Source, StrategyError, Verified,
+    VerifyRequest,
+};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let mut outputs = outputs([args.gcode.as_path(), &args.plan]);
+    let Some(path) = &args.plan else { return refereed(args, console) };
+    let mut outputs = outputs([args.gcode.as_path(), path]);
     let certificate = args.certificate.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let plan = job::load_plan(&args.plan_ref.source(&args.plan), &console.world()).map_err(Failure::from);
+    let plan = job::load_plan(&args.plan_ref.source(path), &console.world()).map_err(Failure::from);
     if let Ok(plan) = &plan {
         plan.inputs().try_for_each(|path| outputs.reads(path))?;
     }
@@ -21,6 +25,25 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         uncertify(certificate.as_ref(), console)?;
     }
     done
+}
+
+/// A file without a plan: what it does on the machine.
+fn refereed(args: &Verb, console: &Console) -> Result<(), Failure> {
+    if args.plan_ref.model.is_some() {
+        return Err(Failure::Usage(text::MODEL_NEEDS_A_PLAN.to_owned()));
+    }
+    let (program, machine) = (Source::from(&args.gcode), args.plan_ref.profile.as_deref().unwrap_or_default());
+    let request = RefereeRequest { program: &program, machine: &MachineSource::from(machine) };
+    let done = job::referee(&request, &console.world())?;
+    if console.json() {
+        console.document(&document::refereed(&done));
+    } else {
+        console.result(&text::refereed(&done.refereed));
+    }
+    match done.refereed.report.count() {
+        0 => Ok(()),
+        count => Err(Failure::Findings(counted(count, "finding"))),
+    }
 }
 
 fn work(args: &Verb, plan: &CheckedPlan, certificate: Option<&OutputFile>, console: &Console) -> Result<(), Failure> {

@@ -61,7 +61,7 @@ pub use planned::{no_plan, no_way, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
     checked, cold, event, jogged, left_alone, opened, own, plate, plates, prepared, profile_imported, profile_made,
-    rehearsed, rejected, rewritten, shipped, sliced, verified,
+    refereed, rehearsed, rejected, rewritten, shipped, sliced, verified,
 };
 pub use published::published;
 pub use row::{Lines, Row, fitting, too_low};

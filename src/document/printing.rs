@@ -7,18 +7,24 @@ use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
 use crate::job::{
     At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, JogChange, JogResult, MachineError,
-    PlateEvent, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
+    PlateEvent, PrepareResult, RefereeResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
 use crate::profile::{Fact, Profile, Sight, StatedAt};
 use crate::slicing::Flaw;
-use crate::verify::Report;
+use crate::verify::{Refereed, Report};
 
 /// `trunnion verify`: the report, with the seconds it took.
 pub fn verified(report: &Report, seconds: f64) -> Value {
     let mut document = json!(report);
     document["seconds"] = seconds.into();
     document
+}
+
+/// `trunnion verify` without a plan: as [`verified`], with what was not judged.
+pub fn refereed(done: &RefereeResult) -> Value {
+    let Refereed { report, runs, not_judged } = &done.refereed;
+    json!({"report": verified(report, done.seconds), "runs": runs, "not_judged": not_judged})
 }
 
 /// `trunnion rewrite`: the proof of the file that was written.

@@ -12,7 +12,7 @@ pub use super::prepare_text::{done_how, done_what, plate, proved};
 use super::priced::{grams, minutes, plain};
 pub use super::shape_text::{packed, supported};
 use super::verified_text::list;
-pub use super::verified_text::verified;
+pub use super::verified_text::{refereed, verified};
 use super::{figures, reasons};
 use crate::job::{
     BatchResult, Batched, CheckedProfile, Compared, Fate, Listed, LoadedModel, Models, Oriented, OrientedPart,
@@ -196,6 +196,9 @@ fn table(rows: &[Compared], out: &mut String) {
 
 /// Why a file without its plan is not published.
 pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a verified file is published; pass its plan with --plan PLAN.json, or skip all collision checks with --unverified";
+
+/// Why a model alone is not enough to verify by.
+pub const MODEL_NEEDS_A_PLAN: &str = "--model needs --plan: the plan says where the model is on the table";
 
 /// What is said of a file that goes to a server unverified.
 pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame; \

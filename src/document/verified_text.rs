@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::planning::balance::DOUBTFUL;
 use crate::spelling::counted;
-use crate::verify::{InterfaceFill, JointRoom, Report, Standing, StatedSetting, TableUse};
+use crate::verify::{InterfaceFill, JointRoom, Refereed, Report, Standing, StatedSetting, TableUse};
 
 /// `trunnion verify`.
 pub fn verified(report: &Report) -> String {
@@ -38,6 +38,17 @@ pub fn verified(report: &Report) -> String {
         counted(report.count(), "finding")
     );
     out
+}
+
+/// `trunnion verify` without a plan.
+pub fn refereed(done: &Refereed) -> String {
+    let rules: Vec<String> = done.not_judged.iter().map(ToString::to_string).collect();
+    format!(
+        "{}checked without a plan, from {} of lines at one pose each; not checked: {}\n",
+        verified(&done.report),
+        counted(done.runs, "run"),
+        rules.join(", ")
+    )
 }
 
 /// Lines nearer to each other than this may fuse, mm: a quarter of a line.

@@ -96,9 +96,9 @@ pub use pack::{
 };
 pub use print::{
     LARGEST_BED_MM, MOST_LOOKED_AT, PlateEvent, PlateFolder, PoseShown, PrepareRequest, PrepareResult, PreviewRequest,
-    PreviewResult, PrintError, Prints, Rejected, RewriteRequest, RewriteResult, Seconds, SliceRequest, SliceResult,
-    SlicerName, SlicingOptions, Verified, VerifyRequest, VerifyResult, bed, is_finished, is_page, prepare,
-    prepare_plates, preview, rewrite, show, show_rejected, slice, verify,
+    PreviewResult, PrintError, Prints, RefereeRequest, RefereeResult, Rejected, RewriteRequest, RewriteResult, Seconds,
+    SliceRequest, SliceResult, SlicerName, SlicingOptions, Verified, VerifyRequest, VerifyResult, bed, is_finished,
+    is_page, prepare, prepare_plates, preview, referee, rewrite, show, show_rejected, slice, verify,
 };
 pub use printer::{BadSimulation, Bench, PrinterError, SimulateRequest, simulate};
 pub use publish::{PublishRequest, PublishResult, UploadError, publish, server_address, server_key};

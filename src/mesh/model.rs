@@ -89,7 +89,16 @@ impl Model {
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
         let interfaces = interfaces(&parts);
         let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));
-        let mut model = Self { parts, interfaces, on_table: Vec::new(), captive: Vec::new(), unit, warnings, bounds, others: Vec::new() };
+        let mut model = Self {
+            parts,
+            interfaces,
+            on_table: Vec::new(),
+            captive: Vec::new(),
+            unit,
+            warnings,
+            bounds,
+            others: Vec::new(),
+        };
         model.find_table();
         let held = model.held();
         model.captive = captive(&model.parts, &held);

@@ -67,6 +67,7 @@ mod prime;
 mod prints;
 mod program;
 mod reading;
+mod referee;
 mod registration;
 mod report;
 mod rings;
@@ -85,6 +86,7 @@ mod turn_lines;
 mod turning;
 mod walk;
 
+pub use referee::{Refereed, Unjudged, referee};
 pub use report::{
     CLEARANCE_CAP_MM, Finding, InterfaceFill, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing,
     StatedSetting, TableUse, WALL_STARTS, WallStart,

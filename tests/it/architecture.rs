@@ -473,7 +473,7 @@ fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);
     let doing = || sources.iter().filter(|(name, _)| !name.contains("args/"));
     let lines: usize = doing().map(|(_, text)| text.lines().count()).sum();
-    assert!(doing().count() > 10 && lines < 2250, "{lines} lines in {} files of src/cli", doing().count());
+    assert!(doing().count() > 10 && lines < 2_350, "{lines} lines in {} files of src/cli", doing().count());
 }
 
 /// What `scripts/test.sh --changed` goes by.

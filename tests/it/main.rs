@@ -69,6 +69,7 @@ mod prose;
 mod publish;
 mod readable;
 mod recipes;
+mod referee;
 mod respelt;
 mod rewriting;
 mod rims;

@@ -16,7 +16,7 @@ pub(crate) struct Victim {
 }
 
 /// A change of a file's lines.
-type Change = Box<dyn FnOnce(&mut Vec<String>)>;
+pub(crate) type Change = Box<dyn FnOnce(&mut Vec<String>)>;
 
 impl Victim {
     pub(crate) fn of(name: &str) -> Self {

@@ -194,15 +194,15 @@ pub(in crate::cli) struct Rewrite {
 pub(in crate::cli) struct Verify {
     /// The G-code file to verify
     pub(in crate::cli) gcode: PathBuf,
-    /// Plan of the G-code file
-    #[arg(long, value_name = "PLAN.json")]
-    pub(in crate::cli) plan: PathBuf,
+    /// Plan of the G-code file; without one, as for a file of another program, the rules that need no plan are checked on the machine given with -m
+    #[arg(long, value_name = "PLAN.json", required_unless_present = "profile")]
+    pub(in crate::cli) plan: Option<PathBuf>,
     #[command(flatten)]
     pub(in crate::cli) plan_ref: PlanRef,
     /// Write a certificate: hashes of all that was checked, with plan and machine
     ///
     /// Written only if verification finds nothing. Others can check the file with it: see examples/second_opinion/.
-    #[arg(long, value_name = "CERT.json", help_heading = OUTPUT)]
+    #[arg(long, value_name = "CERT.json", help_heading = OUTPUT, requires = "plan")]
     pub(in crate::cli) certificate: Option<PathBuf>,
 }
 

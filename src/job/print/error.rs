@@ -6,7 +6,7 @@ use crate::slicing::SliceError;
 use crate::spelling::counted;
 use crate::strategy::{StrategyError, TriedWay};
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
-use crate::verify::Report;
+use crate::verify::{Report, Unjudged};
 use crate::world::NoSlicer;
 
 /// Why a program is not made, or not proved.
@@ -69,6 +69,14 @@ pub enum PrintError {
         /// The file.
         file: String,
     },
+    /// A program without a plan of which no rule says anything.
+    #[error("{file}: {why}")]
+    Unjudged {
+        /// The file.
+        file: String,
+        /// Why.
+        why: Unjudged,
+    },
     /// The program was made, and has findings.
     #[error("{0}")]
     Rejected(Box<Rejected>),
@@ -80,6 +88,7 @@ impl PrintError {
         match self {
             Self::Input(error) => error.code(),
             Self::Strategy(error) => error.code(),
+            Self::Unjudged { why, .. } => why.into(),
             Self::Slice(error) => error.into(),
             Self::Sliced(error) | Self::Rewrite(RewriteError::Sliced(error)) => error.into(),
             Self::Rewrite(error) => error.into(),
@@ -96,6 +105,7 @@ impl PrintError {
             | Self::NotOurs { file }
             | Self::MadeByAnother { file, .. }
             | Self::NoMoves { file }
+            | Self::Unjudged { file, .. }
             | Self::WhichPrint { file } => Some(Location::file(file)),
             Self::Sliced(error) => Some(error.location()),
             Self::Rewrite(error) => error.location(),

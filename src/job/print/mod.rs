@@ -14,4 +14,4 @@ pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, bed, slice};
-pub use verify::{Verified, VerifyRequest, VerifyResult, verify};
+pub use verify::{RefereeRequest, RefereeResult, Verified, VerifyRequest, VerifyResult, referee, verify};

@@ -2,8 +2,8 @@
 
 use super::error::{PrintError, Rejected};
 use crate::gcode::marks::made_by;
-use crate::input::{CheckedPlan, Source};
-use crate::verify::{ReplayJob, Report, verify as replay};
+use crate::input::{CheckedPlan, MachineSource, Source, load_profile};
+use crate::verify::{Refereed, ReplayJob, Report, verify as replay};
 use crate::world::World;
 
 /// A finished program and the plan it was made by.
@@ -58,6 +58,39 @@ impl VerifyResult {
 pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, PrintError> {
     let program = request.program.bytes(world)?.into_owned();
     Ok(replayed(program, request.plan, world))
+}
+
+/// A finished program without its plan, and its machine.
+#[derive(Clone, Copy, Debug)]
+pub struct RefereeRequest<'a> {
+    /// The program, G-code for the machine.
+    pub program: &'a Source,
+    /// The machine.
+    pub machine: &'a MachineSource,
+}
+
+/// What a program does on its machine, by the rules that need no plan.
+#[derive(Clone, Debug)]
+pub struct RefereeResult {
+    /// Findings, figures, and the rules that are not judged.
+    pub refereed: Refereed,
+    /// What the replay took.
+    pub seconds: f64,
+}
+
+/// Replays a program of any origin on its machine's model. It proves less than [`verify`], so that no [`Verified`] comes of it.
+///
+/// # Errors
+///
+/// What keeps program or machine from being read; [`PrintError::Unjudged`] for a program of which no rule says anything.
+pub fn referee(request: &RefereeRequest<'_>, world: &World<'_>) -> Result<RefereeResult, PrintError> {
+    let machine = load_profile(request.machine, world)?;
+    let program = request.program.bytes(world)?;
+    let start = world.clock.now();
+    let file = || request.program.name().into_owned();
+    let refereed =
+        crate::verify::referee(&program, &machine.profile).map_err(|why| PrintError::Unjudged { file: file(), why })?;
+    Ok(RefereeResult { refereed, seconds: (world.clock.now() - start).as_secs_f64() })
 }
 
 /// The replay of bytes in hand.

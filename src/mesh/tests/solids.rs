@@ -199,7 +199,8 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     let text = error.to_string();
     assert!(text.starts_with("x.stl: part 1: ") && text.ends_with("--repair off"), "{text}");
     let mended =
-        read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() }).unwrap();
+        read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: Repair::Auto, ..ReadOptions::default() })
+            .unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
     let [warning] = &mended.warnings[..] else { panic!("{:?}", mended.warnings) };
     assert!(["repair: 1 hole", "1 facet", "near"].iter().all(|fact| warning.contains(fact)), "{warning}");
@@ -290,7 +291,8 @@ fn what_no_straight_way_leads_out_of_is_captive() {
     assert_eq!(caught(&without(&[1])), [vec![], vec![0]]);
     assert_eq!(caught(&without(&[3, 5])), [vec![], vec![0]]);
     // With nothing that stands, nothing is printed in place.
-    let high = |mesh: &Mesh| Mesh::new(mesh.vertices().iter().map(|v| v + Vec3::z() * 0.3).collect(), mesh.facets().to_vec());
+    let high =
+        |mesh: &Mesh| Mesh::new(mesh.vertices().iter().map(|v| v + Vec3::z() * 0.3).collect(), mesh.facets().to_vec());
     let foot = slab([50.0, 50.0, 0.0], [60.0, 60.0, 2.0]);
     let cell: Vec<Mesh> = all.iter().map(high).chain([foot]).collect();
     let [captive, floating] = caught(&cell);

@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 42] = [
+const CALLS: [(i32, &str); 43] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -48,6 +48,7 @@ const CALLS: [(i32, &str); 42] = [
     (0, "rewrite --in-place --plan cube.json cube.gcode"),
     (0, "verify cube.gcode --plan cube.json --certificate proved.json"),
     (1, "verify hot.gcode --plan cube.json"),
+    (0, "verify again.gcode -m generic-ac"),
     (0, "preview cube.gcode --plan cube.json -o view.html"),
     (1, "preview caged.stl -m generic-ac -o why.html"),
     (0, "preview --compare cube.gcode=cube.json again.gcode=cube.json -o both.html"),

@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::io::{Cursor, Write};
 
-use trunnion::mesh::{MAX_COORDINATE, ReadOptions, Repair, TriangleMesh, Unit, read_model, read_surface, stl_binary, threemf};
+use trunnion::mesh::{
+    MAX_COORDINATE, ReadOptions, Repair, TriangleMesh, Unit, read_model, read_surface, stl_binary, threemf,
+};
 
 use zip::write::{SimpleFileOptions, ZipWriter};
 
