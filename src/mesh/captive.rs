@@ -10,6 +10,10 @@ use crate::geom::{Bounds, Mat3, Object, Vec3};
 
 /// No more parts than these are looked at: specks of a scan are no joints.
 const MOST: usize = 200;
+/// Nor are they where so many facets are about them, all together: a look costs some 30 sorts of these.
+const MOST_FACETS: usize = 400_000;
+/// Beyond so much, and twice its own size, nothing blocks a part's way out, mm.
+const FAR_MM: f64 = 50.0;
 /// Parts whose boxes are farther apart do not catch each other, mm.
 const NEAR_MM: f64 = 2.0;
 /// Flat faces whose normals are tried as ways, the largest of a part.
@@ -30,15 +34,23 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
     let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds().inflated(NEAR_MM / 2.0)).collect();
     let (bounds, all) = (&bounds, 0..parts.len());
     let around = |id: usize| all.clone().filter(move |&other| other != id && bounds[id].meets(&bounds[other]));
-    let is_caught = |&id: &usize| {
-        let others: Vec<&Part> = around(id).map(|other| &parts[other]).collect();
-        // What overlaps is no joint, and whatever begins in material is blocked by it.
-        let overlaps = |other: &&Part| may_overlap(&parts[id], other, &BoxTree::new(&other.mesh), false);
-        !others.is_empty()
-            && !others.iter().any(overlaps)
-            && is_blocked(&parts[id].mesh, &TriangleMesh::joined(others.iter().map(|other| &other.mesh)))
+    let (mut around_it, mut facets) = (Vec::with_capacity(loose.len()), 0);
+    for id in loose {
+        let others = nearby(parts, id, around(id));
+        facets += others.facets().len();
+        if facets > MOST_FACETS {
+            return Vec::new();
+        }
+        around_it.push((id, others));
+    }
+    // What overlaps is no joint, and whatever begins in material is blocked by it.
+    let overlaps = |id: usize| {
+        around(id).any(|other| may_overlap(&parts[id], &parts[other], &BoxTree::new(&parts[other].mesh), false))
     };
-    let mut caught: Vec<usize> = loose.into_iter().filter(is_caught).collect();
+    let is_caught = |(id, others): &(usize, TriangleMesh<Object>)| {
+        !others.facets().is_empty() && is_blocked(&parts[*id].mesh, others) && !overlaps(*id)
+    };
+    let mut caught: Vec<usize> = around_it.iter().filter(|one| is_caught(one)).map(|(id, _)| *id).collect();
     let mut reached = held.to_vec();
     let mut kept = Vec::new();
     while let Some(at) = caught.iter().position(|&id| around(id).any(|other| reached[other])) {
@@ -48,6 +60,20 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
     }
     kept.sort_unstable();
     kept
+}
+
+/// The facets of other parts that are near enough to block part `id`.
+fn nearby(parts: &[Part], id: usize, others: impl Iterator<Item = usize>) -> TriangleMesh<Object> {
+    let own = parts[id].mesh.bounds();
+    let near = own.inflated(2.0 * own.size().norm() + FAR_MM);
+    let mut corners = Vec::new();
+    for other in others {
+        let mesh = &parts[other].mesh;
+        let all = (0..mesh.facets().len()).map(|facet| mesh.corners(facet));
+        corners.extend(all.filter(|facet| Bounds::of(*facet).meets(&near)));
+    }
+    let facets = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    TriangleMesh::new(corners.into_iter().flatten().collect(), facets)
 }
 
 /// Whether every way out of `others` is blocked for `mesh`, but for those along one line that lies.

@@ -22,7 +22,7 @@ use crate::mesh::{Model, Part, TriangleMesh, Unit};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, PrintSupports, TimeSlot, Workpiece};
 use crate::profile::Profile;
-use crate::trace::{self, Trace, TraceMove};
+use crate::trace::{self, Event, Trace, TraceMove, What};
 
 /// Rules that are asked of a file without a plan.
 const JUDGED: [Rule; 14] = [
@@ -117,12 +117,14 @@ struct PoseRun {
 /// [`Unjudged`] where no rule could say anything.
 pub fn referee(bytes: &[u8], profile: &Profile) -> Result<Refereed, Unjudged> {
     let bytes = unmarked(bytes);
-    let runs = runs(&trace::read(&bytes, &profile.trace_setting()), profile)?;
+    let trace = trace::read(&bytes, &profile.trace_setting());
+    let runs = runs(&trace, profile)?;
+    let end = end_of(&trace, runs.last().map_or(0, |run| run.lines[1]));
     let table = profile.kinematics();
     let model = boxes(&runs, &table, profile);
     let placement = Placement { origin_mm: [0.0; 3], turn_deg: 0.0 };
     let (workpiece, plan) = (Workpiece::place(&model, &placement), plan_of(&runs, &table, profile, placement));
-    let (marked, added) = with_marks(&bytes, &runs, &table);
+    let (marked, added) = with_marks(&bytes, &runs, end, &table);
     let (mut report, mut of_reading) =
         judged([&marked, &bytes], &ReplayJob { profile, plan: &plan, workpiece: &workpiece });
     let in_file = |line: u32| line - added.partition_point(|mark| *mark < line) as u32;
@@ -208,6 +210,12 @@ fn runs(trace: &Trace, profile: &Profile) -> Result<Vec<PoseRun>, Unjudged> {
     }
 }
 
+/// The line at which the end code begins: the first behind the `last` printed one that is no move. Travels before it are the last print's.
+fn end_of(trace: &Trace, last: u32) -> u32 {
+    let is_code = |event: &&Event| event.line > last && matches!(event.what, What::Effect(..));
+    trace.events.iter().find(is_code).map_or(trace.lines + 1, |event| event.line)
+}
+
 impl PoseRun {
     fn take(&mut self, m: &TraceMove, ends: [Vec3; 2]) {
         self.beads = self.beads.union(&Bounds::of(ends));
@@ -291,7 +299,7 @@ fn words(table: &TableKinematics, pose: Pose) -> [f64; 2] {
 }
 
 /// The program with the marks of its runs, and the numbers of these lines in it, ascending.
-fn with_marks(bytes: &[u8], runs: &[PoseRun], table: &TableKinematics) -> (Vec<u8>, Vec<u32>) {
+fn with_marks(bytes: &[u8], runs: &[PoseRun], end: u32, table: &TableKinematics) -> (Vec<u8>, Vec<u32>) {
     // By the line that they stand before.
     let mut marks: Vec<(u32, String)> = Vec::new();
     // Supports are prints of their own, behind those of all parts.
@@ -306,7 +314,7 @@ fn with_marks(bytes: &[u8], runs: &[PoseRun], table: &TableKinematics) -> (Vec<u
         marks.extend(run.switches.iter().map(print));
         supports += usize::from(run.has_supports());
     }
-    marks.push((runs.last().map_or(0, |run| run.lines[1] + 1), ";TRUNNION end".to_owned()));
+    marks.push((end, ";TRUNNION end".to_owned()));
     let (mut out, mut added, mut next) =
         (Vec::with_capacity(bytes.len() + 100 * marks.len()), Vec::new(), marks.iter().peekable());
     let mut add = |before: u32, out: &mut Vec<u8>| {
