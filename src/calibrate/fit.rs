@@ -7,7 +7,7 @@ use super::information::{Information, WORST_DEG, WORST_MM};
 use super::outliers::{settled, without_outliers};
 use super::poses;
 use super::report::Report;
-use super::solve::{Problem, units};
+use super::solve::{Measured, Problem, units};
 use super::touches::{ChainCandidate, Of, TouchShape, Touches};
 use crate::profile::Profile;
 

@@ -55,6 +55,7 @@ mod poses;
 mod report;
 mod solve;
 mod touches;
+mod tower;
 mod uncalibrated;
 mod visit;
 
@@ -68,5 +69,9 @@ pub use jog::{JOG_DEG, JOG_MM, Jog, JogFault, JogQuestion, JogSubject, Jogged, S
 pub use poses::{Choice, choose};
 pub use solve::residuals;
 pub use touches::{ChainCandidate, Feature, Of, Tip, TipShape, Touch, TouchError, TouchShape, Touches};
+pub use tower::{
+    Block, BlockCorner, CalliperReading, Dimension, DimensionKind, Readings, TOWER_REPEATS_MM, Tower, TowerDesign,
+    TowerDeviation, TowerError, TowerFit, fit_tower, measured, tower_errors,
+};
 pub use uncalibrated::Uncalibrated;
 pub use visit::{NoVisit, Visit, visit};

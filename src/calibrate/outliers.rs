@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::solve::{Problem, Row, jacobian, solve, units};
+use super::solve::{Measured, Problem, Row, jacobian, solve, units};
 
 /// A touch further off than this many standard deviations was not made like the others: one of 150,000 is, by chance.
 const FAR_OFF: f64 = 4.5;
@@ -52,15 +52,15 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    pub(super) fn of(
-        problem: &Problem<'_>,
+    pub(super) fn of<M: Measured>(
+        problem: &M,
         state: &[f64],
         free: &[usize],
         left_out: &[usize],
         lever: f64,
     ) -> Option<Self> {
         let rows = problem.all_rows(state, left_out);
-        let slopes = jacobian(&rows, free, &units(problem.length, lever));
+        let slopes = jacobian(&rows, free, &units(problem.length(), lever));
         let inverse = (slopes.transpose() * &slopes).cholesky()?.inverse();
         Some(Self { rows, slopes, inverse })
     }

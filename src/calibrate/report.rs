@@ -13,7 +13,7 @@ use crate::profile::Profile;
 /// The same for a sum of squares, as a standard normal deviate.
 const SCATTERED: f64 = 4.3;
 /// Below this many degrees of freedom the touches' own scatter says little, and `repeats_to_mm` is taken where it is larger.
-const FEW: usize = 8;
+pub(super) const FEW: usize = 8;
 
 /// What is reported on.
 pub(super) struct Report<'a> {
@@ -158,7 +158,7 @@ impl Report<'_> {
 
 /// Half the width of the interval that holds 95 of 100, in standard errors: Student's t, by E. A. Cornish and R. A. Fisher (1938); without
 /// freedom it is taken as for one.
-fn student_95(freedom: usize) -> f64 {
+pub(super) fn student_95(freedom: usize) -> f64 {
     match freedom {
         0 | 1 => 12.706,
         2 => 4.303,
@@ -172,7 +172,7 @@ fn student_95(freedom: usize) -> f64 {
 }
 
 /// The sum of so many squares that is passed once in 100,000 cases (E. B. Wilson and M. M. Hilferty, 1931).
-fn chi_square(freedom: usize) -> f64 {
+pub(super) fn chi_square(freedom: usize) -> f64 {
     let n = freedom as f64;
     let share = 2.0 / (9.0 * n);
     n * (1.0 - share + SCATTERED * share.sqrt()).powi(3)

@@ -105,16 +105,6 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// All rows of `state`, each with the place of its touch.
-    pub(super) fn all_rows(&self, state: &[f64], left_out: &[usize]) -> Vec<(usize, Row)> {
-        let chain = self.chain(state);
-        let of = |(index, touch): (usize, &Touch)| -> Vec<(usize, Row)> {
-            self.rows_in(touch, state, &chain).into_iter().map(|row| (index, row)).collect()
-        };
-        let kept = self.touches.touches.iter().enumerate().filter(|(index, _)| !left_out.contains(index));
-        kept.flat_map(of).collect()
-    }
-
     /// The first touch that no tip from above can make, with the reason; from which side a ball is met is looked at only where the state
     /// has `settled`.
     pub(super) fn impossible(&self, state: &[f64], settled: bool) -> Option<(usize, String)> {
@@ -286,6 +276,30 @@ pub fn residuals(nominal: &TableKinematics, touches: &Touches, by: &[f64; UNKNOW
     problem.all_rows(&state, &[]).into_iter().map(|(_, row)| row.off_mm()).collect()
 }
 
+/// What least squares need of measurements: how long a state is, and what each number is off by in a state.
+pub(super) trait Measured {
+    /// How many numbers a state has: [`UNKNOWNS`], then those of what was measured.
+    fn length(&self) -> usize;
+
+    /// All numbers of `state` but those of the measurements at `left_out`, each with the place of its measurement.
+    fn all_rows(&self, state: &[f64], left_out: &[usize]) -> Vec<(usize, Row)>;
+}
+
+impl Measured for Problem<'_> {
+    fn length(&self) -> usize {
+        self.length
+    }
+
+    fn all_rows(&self, state: &[f64], left_out: &[usize]) -> Vec<(usize, Row)> {
+        let chain = self.chain(state);
+        let of = |(index, touch): (usize, &Touch)| -> Vec<(usize, Row)> {
+            self.rows_in(touch, state, &chain).into_iter().map(|row| (index, row)).collect()
+        };
+        let kept = self.touches.touches.iter().enumerate().filter(|(index, _)| !left_out.contains(index));
+        kept.flat_map(of).collect()
+    }
+}
+
 /// A state at rest.
 pub(super) struct Solved {
     pub(super) state: Vec<f64>,
@@ -306,8 +320,14 @@ pub(super) fn units(length: usize, lever: f64) -> Vec<f64> {
 }
 
 /// The state with the least sum of squares, `free` unknowns moving, the touches at `left_out` left out.
-pub(super) fn solve(problem: &Problem<'_>, from: Vec<f64>, free: &[usize], left_out: &[usize], lever: f64) -> Solved {
-    let unit = units(problem.length, lever);
+pub(super) fn solve<M: Measured>(
+    problem: &M,
+    from: Vec<f64>,
+    free: &[usize],
+    left_out: &[usize],
+    lever: f64,
+) -> Solved {
+    let unit = units(problem.length(), lever);
     let squares = |state: &[f64]| problem.all_rows(state, left_out).iter().map(|(_, r)| r.off * r.off).sum::<f64>();
     let (mut state, mut damping) = (from, 1e-3);
     let mut now = squares(&state);

@@ -12,7 +12,7 @@ use super::{Console, Failure};
 use crate::calibrate::FitOptions;
 use crate::document::{self, text};
 use crate::job::{self, Outputs, PictureFile};
-use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source};
+use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source, TowerResult};
 use crate::profile::SHIPPED;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -22,9 +22,10 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Verb::Check(args) => check(args, console),
         Verb::New(args) => new(args, console),
         Verb::Import(args) => import(args, console),
-        Verb::Calibrate(args) => match &args.poses {
-            Some(form) => poses(args, form, console),
-            None => calibrate(args, console),
+        Verb::Calibrate(args) => match (&args.poses, &args.tower) {
+            (Some(form), _) => poses(args, form, console),
+            (None, Some(folder)) => tower(args, folder, console),
+            (None, None) => calibrate(args, console),
         },
     }
 }
@@ -109,11 +110,11 @@ fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {
     let machine = args.machine.profile.as_str().into();
     let options = FitOptions { square: args.assume_square, tolerance_mm: args.tolerance };
     let request = CalibrateRequest { machine, touches: Source::from(&touches), options };
-    let done = job::calibrate(&request, &console.world())?;
+    let done = job::calibrate_by(&request, &console.world())?;
     if console.json() {
-        console.document(&document::calibrated(&done));
+        console.document(&document::measured(&done));
     } else {
-        console.result(&text::calibrated(&done));
+        console.result(&text::measured(&done));
     }
     if let Some(why) = done.refusal() {
         return Err(Failure::Findings(format!("nothing was written: {why}")));
@@ -125,6 +126,28 @@ fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {
         }
         None if !console.json() => console.result(&done.profile(None, &console.world())),
         None => {}
+    }
+    Ok(())
+}
+
+fn tower(args: &Calibrate, folder: &Path, console: &Console) -> Result<(), Failure> {
+    let mut outputs = outputs(profile_file(&args.machine.profile).as_deref());
+    outputs.folder(folder)?;
+    // What was typed into it is never lost.
+    let form = job::keep_form(&folder.join("measured.toml"), &mut outputs, &console.world())?;
+    let [gcode, plan, model] = ["tower.gcode", "tower.json", TowerResult::MODEL].map(|name| folder.join(name));
+    let [gcode, plan, model] = [outputs.claim(&gcode)?, outputs.claim(&plan)?, outputs.claim(&model)?];
+    let sheet = PictureFile::claim("tower", Some(&folder.join("sheet.svg")), &mut outputs)?;
+    let done = job::tower(&args.tower(), Some(folder), &console.world())?;
+    model.write(&done.model)?;
+    plan.write(done.plan.plan.to_text().as_bytes())?;
+    gcode.write(done.gcode.program())?;
+    sheet.map(|sheet| sheet.write(&done.sheet())).transpose()?;
+    form.write(done.form.as_bytes())?;
+    if console.json() {
+        console.document(&document::tower(&done, folder));
+    } else {
+        console.result(&text::tower(&done, folder));
     }
     Ok(())
 }

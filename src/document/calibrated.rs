@@ -1,9 +1,11 @@
 //! Calibration: what touches say of a machine, and which are to be made.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
-use crate::calibrate::{Deviation, Estimate, Outlier};
-use crate::job::{CalibrateResult, PosesResult};
+use crate::calibrate::{Deviation, Dimension, Estimate, Outlier, TowerDeviation};
+use crate::job::{CalibrateResult, Calibrated, PosesResult, TowerReading, TowerResult};
 
 /// `trunnion profile calibrate TOUCHES`. `differs` and `error_95` are mm, or degrees where `unit` says so.
 pub fn calibrated(done: &CalibrateResult) -> Value {
@@ -57,5 +59,50 @@ pub fn poses(done: &PosesResult) -> Value {
             |why| json!({"error": why}),
             |v| json!({"height_mm": v.height_mm, "left_out": v.left_out}),
         ),
+    })
+}
+
+/// `trunnion profile calibrate MEASUREMENTS`: of touches or of a tower.
+pub fn measured(done: &Calibrated) -> Value {
+    match done {
+        Calibrated::Touches(done) => calibrated(done),
+        Calibrated::Tower(done) => tower_read(done),
+    }
+}
+
+/// `trunnion profile calibrate --tower FOLDER`. `standard_error` is mm, or degrees where `unit` says so.
+pub fn tower(done: &TowerResult, folder: &Path) -> Value {
+    let file = |name: &str| folder.join(name).display().to_string();
+    let dimension = |one: &Dimension| json!({"number": one.number, "between": one.name, "drawn_mm": one.drawn_mm});
+    let error = |(name, error, angle): &(String, Option<f64>, bool)| json!({"unknown": name, "standard_error": error, "unit": if *angle { "deg" } else { "mm" }});
+    let [[level, first], [_, second], [tilt, _], _] = done.tower.words_deg();
+    json!({
+        "profile": done.machine.name, "tilt_deg": tilt, "level_deg": level, "rotation_deg": [first, second],
+        "gcode": file("tower.gcode"), "plan": file("tower.json"), "model": file(TowerResult::MODEL),
+        "sheet": file("sheet.svg"), "form": file("measured.toml"), "seconds_print": done.seconds(),
+        "dimensions": done.tower.dimensions.iter().map(dimension).collect::<Vec<_>>(),
+        "errors": done.errors.iter().map(error).collect::<Vec<_>>(),
+    })
+}
+
+fn tower_read(done: &TowerReading) -> Value {
+    let fit = &done.fit;
+    let estimate = |e: &Estimate| {
+        let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
+        json!({"unknown": e.name, "differs": e.differs, "error_95": e.error, "unit": unit})
+    };
+    let deviation =
+        |d: &TowerDeviation| json!({"number": d.number, "read_mm": d.mm, "drawn_mm": d.drawn_mm, "off_mm": d.off_mm});
+    let (pivot, offset, [tilt, rotation]) = done.written().keys();
+    json!({
+        "profile": done.machine.name, "ok": done.unfit.is_none(), "refused": done.unfit,
+        "readings": done.readings.readings.len(), "left_out": done.readings.left_out,
+        "pivot_mm": pivot, "offset_mm": offset, "tilt_zero_deg": tilt, "rotation_zero_deg": rotation,
+        "estimates": fit.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "undetermined": fit.undetermined,
+        "wider_mm": fit.wider_mm.map(|[mm, _]| mm), "wider_error_95": fit.wider_mm.map(|[_, error]| error),
+        "began_above_mm": fit.began_above.iter().map(|(block, mm)| json!({"block": block, "mm": mm})).collect::<Vec<_>>(),
+        "rms_mm": fit.rms_mm, "degrees_of_freedom": fit.freedom,
+        "deviations": fit.deviations.iter().map(deviation).collect::<Vec<_>>(),
     })
 }

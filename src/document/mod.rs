@@ -45,12 +45,13 @@ mod sent;
 mod shape_text;
 mod supported;
 pub mod text;
+mod tower_text;
 mod verified_text;
 mod viewed;
 mod visible;
 
 pub use batched::{batch, batched};
-pub use calibrated::{calibrated, poses};
+pub use calibrated::{calibrated, measured, poses, tower};
 pub use certified::{certificate, is_certificate};
 pub use explained::explained;
 pub use failed::{exit_code, failed};

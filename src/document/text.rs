@@ -11,6 +11,7 @@ pub use super::plan_text::{comparison, moved, no_plan, planned, searched, sequen
 pub use super::prepare_text::{done_how, done_what, plate, proved};
 use super::priced::{grams, minutes, plain};
 pub use super::shape_text::{packed, supported};
+pub use super::tower_text::{measured, tower};
 use super::verified_text::list;
 pub use super::verified_text::{refereed, verified};
 use super::{figures, reasons};

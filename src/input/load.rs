@@ -362,7 +362,7 @@ fn find_machine(from: &Source, plan: &Plan, world: &World<'_>) -> Result<LoadedP
 }
 
 impl CheckedPlan {
-    fn check(&self) -> Result<(), InputError> {
+    pub(crate) fn check(&self) -> Result<(), InputError> {
         let stale = |what: String, planned: &str, actual: &str| {
             let (planned, actual) = (planned.to_owned(), actual.to_owned());
             if planned == actual { Ok(()) } else { Err(PlanError::Stale { what, planned, actual }) }

@@ -8,6 +8,7 @@
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
 //! CalibrateRequest --calibrate--> CalibrateResult{fit}                  a machine's numbers from touches; PosesRequest: which to make
+//! TowerRequest   --tower--> TowerResult{plan, gcode: Verified}         a calibration tower; read_tower: what its measurements say
 //! JogRequest     --jog--> JogResult{jogged}                            which axis of a connected machine does what
 //! MachineAt      --read_machine--> Source                              what a connected machine says of itself, for import_profile
 //! ImportProfile  --import_profile--> ImportedProfile                   a machine from the configuration of its firmware
@@ -82,10 +83,11 @@ pub use crate::world::{
 pub use batch::{BatchError, BatchRequest, BatchResult, Batched, Fate, Models, Share, batch, models_at};
 pub use error::Error;
 pub use machine::{
-    Answers, CalibrateRequest, CalibrateResult, CheckedProfile, DryRun, ImportProfile, ImportedProfile, JogChange,
-    JogRequest, JogResult, MachineAt, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult, QUESTIONS,
-    REQUIRED_KEYS, Tilted, calibrate, check_profile, dry_run, import_profile, jog, keep_profile, new_profile,
-    own_machines, poses, read_machine,
+    Answers, CalibrateRequest, CalibrateResult, Calibrated, CheckedProfile, DryRun, ImportProfile, ImportedProfile,
+    JogChange, JogRequest, JogResult, MachineAt, MachineError, MadeProfile, NewProfile, PosesRequest, PosesResult,
+    QUESTIONS, REQUIRED_KEYS, Tilted, TowerReading, TowerRequest, TowerResult, Written, calibrate, calibrate_by,
+    check_profile, dry_run, import_profile, jog, keep_form, keep_profile, new_profile, own_machines, poses,
+    read_machine, read_tower, tower,
 };
 pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,

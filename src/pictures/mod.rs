@@ -3,6 +3,7 @@
 mod machine;
 mod parts;
 mod plan;
+mod tower;
 
 use crate::geom::Vec3;
 use crate::planning::Workpiece;
@@ -11,6 +12,7 @@ use crate::view::{self, Colour, Surface};
 pub(crate) use machine::from_the_side;
 pub(crate) use parts::{Painted, SUPPORT_WORD, coloured, cut_up, solids, standing};
 pub(crate) use plan::{Told, plan_sheet, reasons_sheet};
+pub(crate) use tower::tower_sheet;
 
 pub(crate) const TABLE: Colour = [214, 219, 226];
 pub(crate) const BEFORE: Colour = [150, 160, 174];

@@ -46,6 +46,25 @@ fn sheets_are_as_they_were_when_they_were_looked_at() {
     }
 }
 
+/// The sheet of a calibration tower, which its page shows.
+#[test]
+fn the_towers_sheet_is_as_it_was_when_it_was_looked_at() {
+    let folder = folder();
+    let words = ["profile", "calibrate", "-q", "-m", "generic-ac", "--tower", "tower"];
+    let run = trunnion().current_dir(folder.path()).args(words).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let (drawn, kept) = (folder.path().join("tower/sheet.svg"), root().join("docs/pictures/tower.svg"));
+    if std::env::var_os("UPDATE_FIXTURES").is_some() {
+        std::fs::copy(&drawn, &kept).unwrap();
+    }
+    assert!(std::fs::read(&drawn).unwrap() == std::fs::read(&kept).unwrap(), "another sheet than the committed one");
+    let text = std::fs::read_to_string(drawn).unwrap();
+    for number in 1..=10 {
+        // Once in the drawing, once in the list.
+        assert_eq!(text.matches(&format!(">{number}</text>")).count(), 2, "{number}");
+    }
+}
+
 /// Three solids as they are, cut, and as their parts are printed: the README's pictures.
 #[test]
 fn solids_are_cut_and_printed_as_when_they_were_looked_at() {

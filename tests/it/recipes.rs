@@ -124,6 +124,11 @@ fn of_an_own_machine() {
 }
 
 #[test]
+fn of_a_tower() {
+    run("how-to/tower.md");
+}
+
+#[test]
 fn of_a_first_machine() {
     run("how-to/first-machine.md");
 }

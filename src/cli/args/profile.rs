@@ -6,7 +6,7 @@ use clap::{Args as ClapArgs, Subcommand};
 
 use super::MachineArgs;
 use crate::calibrate::{FitOptions, Tip};
-use crate::job::{self, PosesRequest, Source};
+use crate::job::{self, PosesRequest, Source, TowerRequest};
 
 #[derive(Subcommand)]
 pub(in crate::cli) enum Profile {
@@ -20,7 +20,7 @@ pub(in crate::cli) enum Profile {
     New(New),
     /// Create a profile from the configuration of a firmware or simulator, with answers for what it lacks
     Import(Import),
-    /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
+    /// Find pivot, offset and zeros from touches at several poses or from a printed tower, or make what is to be measured
     Calibrate(Calibrate),
 }
 
@@ -95,19 +95,19 @@ impl Answers {
     }
 }
 
-/// Either TOUCHES or --poses.
+/// Either TOUCHES, --poses or --tower.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Calibrate {
-    /// Recorded touches (docs/how-to/machine.md)
-    #[arg(required_unless_present = "poses")]
+    /// Recorded touches (docs/how-to/machine.md), or the measurements of a tower (docs/how-to/tower.md)
+    #[arg(required_unless_present_any = ["poses", "tower"])]
     pub(in crate::cli) touches: Option<PathBuf>,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
     /// Output profile, which extends the given one [default: its keys on stdout]
-    #[arg(short, long, conflicts_with = "poses")]
+    #[arg(short, long, conflicts_with_all = ["poses", "tower"])]
     pub(in crate::cli) output: Option<PathBuf>,
     /// Largest error of a point on or above the table at which the profile's axis directions are kept; a table that is less level or less flat is refused
-    #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
+    #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with_all = ["poses", "tower"])]
     pub(in crate::cli) tolerance: f64,
     /// Keep the profile's axis directions; fewer touches are needed
     #[arg(long)]
@@ -115,11 +115,17 @@ pub(in crate::cli) struct Calibrate {
     /// Choose the touches to make, and write a file to fill in
     #[arg(long, value_name = "FILE.toml", conflicts_with = "touches")]
     pub(in crate::cli) poses: Option<PathBuf>,
+    /// Make a calibration tower: its program, plan, model, sheet and a file to fill in, in this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["touches", "poses"])]
+    pub(in crate::cli) tower: Option<PathBuf>,
+    /// With --tower: tilt of its blocks, as the machine counts it; 20 deg where the axes are known to 1 mm only [default: the steepest of 60, 45, 30, 20 deg that passes verification]
+    #[arg(long, value_name = "DEG", requires = "tower", allow_negative_numbers = true)]
+    pub(in crate::cli) tilt: Option<f64>,
     /// With --poses: G-code that moves slowly to each pose, without heating, and stops there
     #[arg(long, value_name = "FILE.gcode", requires = "poses")]
     pub(in crate::cli) gcode: Option<PathBuf>,
-    /// With --poses: how well one touch repeats (standard deviation)
-    #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", requires = "poses")]
+    /// With --poses or --tower: how well one touch or one reading of the callipers repeats (standard deviation)
+    #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", conflicts_with = "touches")]
     pub(in crate::cli) repeats_to: f64,
     /// With --poses: standard deviation of X and Y where the tip is aligned with a mark by eye, for example 0.15 [default: --repeats-to]
     #[arg(long, value_name = "MM", requires = "poses")]
@@ -136,6 +142,12 @@ pub(in crate::cli) struct ProfileName {
 }
 
 impl Calibrate {
+    /// Which tower is to be made.
+    pub(in crate::cli) fn tower(&self) -> TowerRequest {
+        let machine = self.machine.profile.as_str().into();
+        TowerRequest { machine, tilt_deg: self.tilt, repeats_mm: self.repeats_to }
+    }
+
     /// Which touches are to be chosen.
     pub(in crate::cli) fn asked(&self) -> PosesRequest {
         PosesRequest {

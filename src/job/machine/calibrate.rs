@@ -5,10 +5,11 @@ use std::path::Path;
 
 use super::error::MachineError;
 use crate::calibrate::{
-    ChainFit, Choice, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Uncalibrated, Unknown,
-    Visit, choose, fit, form, visit,
+    ChainFit, Choice, Estimate, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Uncalibrated,
+    Unknown, Visit, choose, fit, form, visit,
 };
 use crate::input::{BadSetting, LoadedProfile, MachineSource, Source, load_profile};
+use crate::motion::TableKinematics;
 use crate::profile::{Profile, TiltAxisName};
 use crate::spelling::counted;
 use crate::world::World;
@@ -64,7 +65,7 @@ pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<Calibr
         .map_err(|no| MachineError::Calibration(Box::new(Uncalibrated::of(no, &file, &machine.profile, &touches))))?;
     let allowed_mm = request.options.tolerance_mm;
     let mut done = CalibrateResult { machine, touches, file, fit, allowed_mm, unfit: None };
-    done.unfit = done.written().validate().err().map(|error| error.to_string());
+    done.unfit = done.written().profile().validate().err().map(|error| error.to_string());
     Ok(done)
 }
 
@@ -74,61 +75,31 @@ fn round(value: f64, digits: i32) -> f64 {
     (value * scale).round() / scale + 0.0
 }
 
-impl CalibrateResult {
-    /// The zeros of tilt and rotation, pivot and offset, as they are written.
+/// A machine as a profile holds it.
+#[derive(Clone, Copy, Debug)]
+pub struct Written<'a> {
+    pub(super) machine: &'a LoadedProfile,
+    pub(super) table: &'a TableKinematics,
+    pub(super) misaligned: bool,
+}
+
+impl Written<'_> {
+    /// Pivot and offset, mm, and the zeros of tilt and rotation, degrees, as they are written.
     pub fn keys(&self) -> ([f64; 3], [f64; 3], [f64; 2]) {
-        let table = &self.fit.table;
         let triple = |v: &crate::geom::Vec3| [v.x, v.y, v.z].map(|v| round(v, 4));
-        let zeros = [&table.tilt, &table.rotation].map(|axis| round(axis.zero.deg(), 4));
-        (triple(&table.pivot), triple(&table.offset), zeros)
+        let zeros = [&self.table.tilt, &self.table.rotation].map(|axis| round(axis.zero.deg(), 4));
+        (triple(&self.table.pivot), triple(&self.table.offset), zeros)
     }
 
     /// Where the tilt and the rotation axis point, as they are written: `None` where they are where the profile has them.
     pub fn along(&self) -> Option<[[f64; 3]; 2]> {
-        let axes = self.fit.table.directions();
+        let axes = self.table.directions();
         let rounded = |v: crate::geom::Vec3| [v.x, v.y, v.z].map(|v| round(v, 6));
-        self.fit.misaligned.then(|| [rounded(axes.tilt), rounded(axes.rotation)])
+        self.misaligned.then(|| [rounded(axes.tilt), rounded(axes.rotation)])
     }
 
-    /// A profile that extends the machine's, kept in the folder `kept_in`; without one, its keys alone.
-    pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
-        let (pivot, offset, [tilt, rotation]) = self.keys();
-        let scatter = self.fit.rms_mm;
-        let touches = counted(self.fit.deviations.len(), "touch");
-        let mut out = format!(
-            "# From {touches} in {:?}, which scatter by {scatter:.3} mm (trunnion profile calibrate).\n",
-            self.file
-        );
-        if kept_in.is_some() {
-            let _ = writeln!(out, "extends = {:?}", self.machine.reference(kept_in, world).profile);
-        }
-        let along = |axis: usize| self.along().map_or(String::new(), |both| format!("along = {:?}\n", both[axis]));
-        let _ = write!(
-            out,
-            "\n[kinematics]\n# Accuracy (95 % confidence): {}\npivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
-             \n[kinematics.tilt]\nzero_deg = {tilt:?}\n{}\n[kinematics.rotation]\nzero_deg = {rotation:?}\n{}",
-            self.known(),
-            along(0),
-            along(1)
-        );
-        out
-    }
-
-    /// Whether a written profile says what was found of it.
-    pub fn is_written(&self, unknown: Unknown) -> bool {
-        unknown != Unknown::Sag && (!unknown.bends() || (self.fit.misaligned && unknown != Unknown::Unlevel))
-    }
-
-    fn known(&self) -> String {
-        let of = |e: &crate::calibrate::Estimate| {
-            format!("{} {:.4} {}", e.name, e.error, if e.unknown.is_angle() { "deg" } else { "mm" })
-        };
-        let all: Vec<String> = self.fit.estimates.iter().filter(|e| self.is_written(e.unknown)).map(of).collect();
-        all.join(", ")
-    }
-
-    /// The machine with what was found in the place of what its profile says.
-    fn written(&self) -> Profile {
+    /// The machine with these in the place of what its profile says.
+    pub(super) fn profile(&self) -> Profile {
         let (pivot, offset, [tilt, rotation]) = self.keys();
         let mut profile = self.machine.profile.clone();
         (profile.kinematics.pivot_mm, profile.kinematics.offset_mm) = (pivot, offset);
@@ -137,6 +108,62 @@ impl CalibrateResult {
             (profile.kinematics.tilt.along, profile.kinematics.rotation.along) = (Some(tilt), Some(rotation));
         }
         profile
+    }
+
+    /// The same as TOML, with how well each is known, behind the line `head`; it extends the machine's profile where it is kept in a folder.
+    pub(super) fn text(&self, head: &str, known: &[Estimate], kept_in: Option<&Path>, world: &World<'_>) -> String {
+        let (pivot, offset, [tilt, rotation]) = self.keys();
+        let mut out = head.to_owned();
+        if kept_in.is_some() {
+            let _ = writeln!(out, "extends = {:?}", self.machine.reference(kept_in, world).profile);
+        }
+        let along = |axis: usize| self.along().map_or(String::new(), |both| format!("along = {:?}\n", both[axis]));
+        let of =
+            |e: &Estimate| format!("{} {:.4} {}", e.name, e.error, if e.unknown.is_angle() { "deg" } else { "mm" });
+        let known: Vec<String> = known.iter().map(of).collect();
+        let _ = write!(
+            out,
+            "\n[kinematics]\n# Accuracy (95 % confidence): {}\npivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
+             \n[kinematics.tilt]\nzero_deg = {tilt:?}\n{}\n[kinematics.rotation]\nzero_deg = {rotation:?}\n{}",
+            known.join(", "),
+            along(0),
+            along(1)
+        );
+        out
+    }
+}
+
+impl CalibrateResult {
+    /// Pivot and offset, mm, and the zeros of tilt and rotation, degrees, as they are written.
+    pub fn keys(&self) -> ([f64; 3], [f64; 3], [f64; 2]) {
+        self.written().keys()
+    }
+
+    /// Where the tilt and the rotation axis point, as they are written: `None` where they are where the profile has them.
+    pub fn along(&self) -> Option<[[f64; 3]; 2]> {
+        self.written().along()
+    }
+
+    /// The keys as they are written.
+    pub fn written(&self) -> Written<'_> {
+        Written { machine: &self.machine, table: &self.fit.table, misaligned: self.fit.misaligned }
+    }
+
+    /// A profile that extends the machine's, kept in the folder `kept_in`; without one, its keys alone.
+    pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
+        let scatter = self.fit.rms_mm;
+        let touches = counted(self.fit.deviations.len(), "touch");
+        let head = format!(
+            "# From {touches} in {:?}, which scatter by {scatter:.3} mm (trunnion profile calibrate).\n",
+            self.file
+        );
+        let written = self.fit.estimates.iter().filter(|e| self.is_written(e.unknown)).cloned();
+        self.written().text(&head, &written.collect::<Vec<_>>(), kept_in, world)
+    }
+
+    /// Whether a written profile says what was found of it.
+    pub fn is_written(&self, unknown: Unknown) -> bool {
+        unknown != Unknown::Sag && (!unknown.bends() || (self.fit.misaligned && unknown != Unknown::Unlevel))
     }
 
     /// Why nothing may be written; `None` where it may.

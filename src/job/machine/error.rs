@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::calibrate::{JogFault, TouchError, Uncalibrated};
+use crate::calibrate::{JogFault, TouchError, TowerError, Uncalibrated};
 use crate::input::InputError;
 use crate::job::printer::PrinterError;
 use crate::location::Location;
@@ -55,6 +55,9 @@ pub enum MachineError {
     /// Touches that do not determine the machine.
     #[error("{0}")]
     Calibration(Box<Uncalibrated>),
+    /// A tower that cannot be made, or measurements of one that cannot be used.
+    #[error(transparent)]
+    Tower(#[from] TowerError),
     /// A rehearsal on the machine that is not proved clear.
     #[error("no dry run: {why}; leave out --dry-run")]
     NoDryRun {
@@ -92,6 +95,7 @@ impl MachineError {
             Self::Input(error) => error.code(),
             Self::Import(error) => error.into(),
             Self::Touches(error) => error.into(),
+            Self::Tower(error) => error.into(),
             Self::Printer(error) => error.code(),
             Self::Jog(error) => error.into(),
             Self::Server(error) => (&error.fault).into(),
@@ -105,6 +109,7 @@ impl MachineError {
             Self::Input(error) => error.location(),
             Self::Import(error) => Some(error.location()),
             Self::Touches(error) => Some(error.location()),
+            Self::Tower(error) => error.location(),
             Self::There { path } => Some(Location::path(path)),
             _ => None,
         }

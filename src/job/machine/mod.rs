@@ -9,8 +9,9 @@ mod jog;
 mod means;
 mod new;
 mod read;
+mod tower;
 
-pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
+pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, Written, calibrate, poses};
 pub use check::{CheckedProfile, Tilted, check_profile, own_machines};
 pub use dry_run::{DryRun, dry_run};
 pub use error::MachineError;
@@ -18,3 +19,4 @@ pub use import::{ImportProfile, ImportedProfile, REQUIRED_KEYS, import_profile};
 pub use jog::{JogChange, JogRequest, JogResult, jog};
 pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use read::{MachineAt, read_machine};
+pub use tower::{Calibrated, TowerReading, TowerRequest, TowerResult, calibrate_by, keep_form, read_tower, tower};

@@ -2,6 +2,8 @@
 
 pub(crate) mod command;
 mod touched;
+mod tower;
+mod tower_printed;
 pub(crate) mod visited;
 mod witness;
 

@@ -61,6 +61,12 @@ impl Machine {
         middle + turn * q
     }
 
+    /// The point of the table that is at `p`.
+    pub(super) fn lies(&self, words_deg: [f64; 2], p: V) -> V {
+        let (turn, middle) = self.stands(words_deg);
+        turn.inverse() * (p - middle)
+    }
+
     /// Where the tip is when it has come down at `x`, `y` onto a plane through `through`, parallel to the surface.
     fn lowered(&self, words_deg: [f64; 2], [x, y]: [f64; 2], through: V, tip: &Tip) -> V {
         let (turn, middle) = self.stands(words_deg);

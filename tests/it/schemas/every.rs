@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 43] = [
+const CALLS: [(i32, &str); 45] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -67,6 +67,8 @@ const CALLS: [(i32, &str); 43] = [
     ),
     (1, "profile calibrate -m machine.toml touches.toml"),
     (0, "profile calibrate -m generic-ac --poses poses.toml --gcode poses.gcode"),
+    (0, "profile calibrate -m generic-ac --tower tower"),
+    (0, "profile calibrate -m generic-ac tower/measured.toml"),
     (1, "orient models --objective height --method grid -o results"),
 ];
 
@@ -84,6 +86,10 @@ pub(super) fn made() -> &'static Vec<(String, Value)> {
             let run = run.output().unwrap();
             assert_eq!(run.status.code(), Some(code), "{call}: {}", said(&run));
             all.extend(documents(&words, &run));
+            if call.ends_with("--tower tower") {
+                let form = folder.path().join("tower/measured.toml");
+                std::fs::write(&form, typed(&std::fs::read_to_string(&form).unwrap())).unwrap();
+            }
             if call.starts_with("verify cube") {
                 let text = std::fs::read_to_string(folder.path().join("cube.gcode")).unwrap();
                 std::fs::write(folder.path().join("hot.gcode"), text.replacen("M104 S210", "M104 S400", 1)).unwrap();
@@ -97,6 +103,12 @@ pub(super) fn made() -> &'static Vec<(String, Value)> {
         all.extend(events());
         all
     })
+}
+
+/// A tower's form, filled in as it was drawn.
+fn typed(form: &str) -> String {
+    let drawn = form.lines().filter_map(|line| line.split_once("drawn as ")?.1.strip_suffix(" mm"));
+    drawn.fold(form.to_owned(), |form, mm| form.replacen("mm = []", &format!("mm = [{mm}]"), 1))
 }
 
 fn read(path: &Path) -> Value {
