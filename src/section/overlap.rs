@@ -16,13 +16,13 @@ const TOUCHING_MM: f64 = 1e-6;
 
 /// Whether two of the segments cross.
 pub(super) fn cross(segments: &Segments) -> bool {
-    any_pair(segments, crosses)
+    any_pair(segments, 0.0, crosses)
 }
 
 /// One segment of each closed curve where no two segments touch but those that follow each other, and so no curve crosses itself or another:
 /// then whatever lies beside one segment of a curve lies beside all of it. `None` where they do, or where a curve is not closed.
 pub(super) fn apart(segments: &Segments) -> Option<Vec<Segment>> {
-    if any_pair(segments, touches) {
+    if any_pair(segments, TOUCHING_MM, touches) {
         return None;
     }
     let all = segments.all();
@@ -47,26 +47,43 @@ pub(super) fn apart(segments: &Segments) -> Option<Vec<Segment>> {
     Some(curves)
 }
 
-/// Whether `are` says yes to two segments that share a cell.
-fn any_pair(segments: &Segments, are: impl Fn(Segment, Segment) -> bool) -> bool {
+/// Whether `are` says yes to two segments that share a cell and whose boxes are no farther apart than `mm`.
+fn any_pair(segments: &Segments, mm: f64, are: impl Fn(Segment, Segment) -> bool) -> bool {
     let [columns, rows] = segments.count();
-    let mut here: Vec<Segment> = Vec::new();
+    let mut here: Vec<Boxed> = Vec::new();
     (0..columns * rows).any(|cell| {
         here.clear();
-        here.extend(segments.members(cell));
-        here.iter().enumerate().any(|(k, one)| here[k + 1..].iter().any(|other| are(*one, *other)))
+        here.extend(segments.members(cell).map(|segment| Boxed::of(*segment, mm)));
+        here.iter()
+            .enumerate()
+            .any(|(k, one)| here[k + 1..].iter().any(|other| one.meets(other) && are(one.segment, other.segment)))
     })
 }
 
-/// Whether two segments may touch elsewhere than where one follows the other.
-fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
-    let beside = |axis: usize| {
-        a[axis].max(b[axis]) + TOUCHING_MM < p[axis].min(q[axis])
-            || p[axis].max(q[axis]) + TOUCHING_MM < a[axis].min(b[axis])
-    };
-    if beside(0) || beside(1) {
-        return false;
+/// A segment with its box: nearly all pairs are told apart by these.
+struct Boxed {
+    low: PlanePoint,
+    /// With what they may be apart.
+    high: PlanePoint,
+    segment: Segment,
+}
+
+impl Boxed {
+    fn of(segment: Segment, mm: f64) -> Self {
+        let [a, b] = segment;
+        let low = [0, 1].map(|axis: usize| a[axis].min(b[axis]));
+        let high = [0, 1].map(|axis: usize| a[axis].max(b[axis]) + mm);
+        Self { low, high, segment }
     }
+
+    fn meets(&self, other: &Self) -> bool {
+        let [one, two] = [self, other];
+        !(one.high[0] < two.low[0] || two.high[0] < one.low[0] || one.high[1] < two.low[1] || two.high[1] < one.low[1])
+    }
+}
+
+/// Whether two segments whose boxes meet may touch elsewhere than where one follows the other.
+fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
     // The end that one leaves the other by must lead away from it: all do that turn by no more than a right angle.
     let returns = |from: PlanePoint, middle: PlanePoint, to: PlanePoint| {
         !goes_on(from, middle, to)
@@ -134,13 +151,8 @@ fn take(of: &mut Vec<usize>, one: usize) -> bool {
     of.iter().position(|there| *there == one).map(|place| of.swap_remove(place)).is_some()
 }
 
-/// Whether two segments cross each other, not at an end.
+/// Whether two segments cross each other, not at an end; their boxes meet.
 fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
-    let beside =
-        |axis: usize| a[axis].max(b[axis]) < p[axis].min(q[axis]) || p[axis].max(q[axis]) < a[axis].min(b[axis]);
-    if beside(0) || beside(1) {
-        return false;
-    }
     let side = |from: PlanePoint, to: PlanePoint, at: PlanePoint| {
         (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])
     };

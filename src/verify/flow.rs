@@ -7,9 +7,11 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use super::doubled;
 use super::line::{DIGITS_MM, E_DIGITS_MM, Line, lines};
-use super::prints::PrintedPart;
+use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
 use crate::gcode::marks::{Bead, Role};
@@ -52,22 +54,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         });
         return;
     }
-    let mut sums = [Sum::default(), Sum::default()];
-    let mut by_role: BTreeMap<Role, Vec<f64>> = BTreeMap::new();
-    each(printed, |line| {
-        sums[usize::from(!line.stated)].add(line);
-        if line.stated && !line.is_thread() {
-            by_role.entry(line.m.role).or_default().push(line.ratio());
-        }
-    });
-    let by_role: BTreeMap<Role, f64> = by_role.into_iter().map(|(role, ratios)| (role, usual(ratios))).collect();
-    each(printed, |line| one(printed, line, by_role.get(&line.m.role).copied().unwrap_or(1.0), findings));
-    for level in &printed.levels {
-        level.beads.iter().for_each(|&index| melts(printed, &printed.bead(index), findings));
-        let lines = lines(printed, level);
-        doubled::check(printed, level, &lines, findings);
-        thin::check(printed, level, &lines, findings);
-    }
+    let (sums, by_role) = summed(printed);
+    let by_level: Vec<[Findings; 2]> =
+        printed.levels.par_iter().map(|level| of_level(printed, level, &by_role)).collect();
+    let (each, together): (Vec<Findings>, Vec<Findings>) = by_level.into_iter().map(|[each, all]| (each, all)).unzip();
+    each.into_iter().chain(together).for_each(|found| findings.append(found));
     for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
         findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
             let kind = if *role == Role::Unknown { "unnamed" } else { role.name() };
@@ -103,15 +94,61 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     }
 }
 
+/// Sums over the lines with and without a stated width, and by role the usual ratio of laid to needed filament of lines with one.
+///
+/// Layers are read side by side and added up in their order, so that no digit depends on the number of threads.
+fn summed(printed: &PrintedPart<'_>) -> ([Sum; 2], BTreeMap<Role, f64>) {
+    let of_level = |level: &Level| lines(printed, level).iter().map(Amount::of).collect();
+    let by_level: Vec<Vec<Amount>> = printed.levels.par_iter().map(of_level).collect();
+    let mut sums = [Sum::default(), Sum::default()];
+    let mut by_role: BTreeMap<Role, Vec<f64>> = BTreeMap::new();
+    // Threads over air are drawn as thick as each slicer likes.
+    for one in by_level.iter().flatten().filter(|one| !one.is_thread) {
+        sums[usize::from(!one.stated)].add(one.laid, one.held);
+        if one.stated {
+            by_role.entry(one.role).or_default().push(one.laid / one.held);
+        }
+    }
+    (sums, by_role.into_iter().map(|(role, ratios)| (role, usual(ratios))).collect())
+}
+
+/// What the sums of a print take from one line.
+struct Amount {
+    role: Role,
+    stated: bool,
+    is_thread: bool,
+    /// See [`Line`], mm³.
+    laid: f64,
+    held: f64,
+}
+
+impl Amount {
+    fn of(line: &Line) -> Self {
+        Self { role: line.m.role, stated: line.stated, is_thread: line.is_thread(), laid: line.laid, held: line.held }
+    }
+}
+
+/// Findings of one layer: of each line against its own cross-section, and of what melts and of lines against each other.
+fn of_level(printed: &PrintedPart<'_>, level: &Level, by_role: &BTreeMap<Role, f64>) -> [Findings; 2] {
+    let [mut each, mut together] = [(); 2].map(|()| Findings::default());
+    let lines = lines(printed, level);
+    for line in &lines {
+        one(printed, line, by_role.get(&line.m.role).copied().unwrap_or(1.0), &mut each);
+    }
+    level.beads.iter().for_each(|&index| melts(printed, &printed.bead(index), &mut together));
+    doubled::check(printed, level, &lines, &mut together);
+    thin::check(printed, level, &lines, &mut together);
+    [each, together]
+}
+
 /// The sum over lines without a stated width where each is as wide as it has room for: one that has room for all of its filament holds that.
 fn of_what_has_room(printed: &PrintedPart<'_>) -> Sum {
     let mut sum = Sum::default();
     for level in &printed.levels {
         let lines = lines(printed, level);
         let room = thin::have_room(printed, level, &lines, MOST_OFF[1]);
-        for (line, has_room) in lines.into_iter().zip(room).filter(|(line, _)| !line.stated) {
-            let held = if has_room { line.held.max(line.laid) } else { line.held };
-            sum.add(&Line { held, ..line });
+        for (line, has_room) in lines.iter().zip(room).filter(|(line, _)| !line.stated && !line.is_thread()) {
+            sum.add(line.laid, if has_room { line.held.max(line.laid) } else { line.held });
         }
     }
     sum
@@ -143,23 +180,13 @@ struct Sum {
 }
 
 impl Sum {
-    fn add(&mut self, line: &Line) {
-        // Threads over air are drawn as thick as each slicer likes.
-        if !line.is_thread() {
-            (self.laid, self.held) = (self.laid + line.laid, self.held + line.held);
-        }
+    fn add(&mut self, laid: f64, held: f64) {
+        (self.laid, self.held) = (self.laid + laid, self.held + held);
     }
 
     /// Laid over held; 1 for nothing.
     fn ratio(&self) -> f64 {
         if self.held > 0.0 { self.laid / self.held } else { 1.0 }
-    }
-}
-
-/// Visits the lines that have a cross-section of their own: ironing has next to none.
-fn each(printed: &PrintedPart<'_>, mut visit: impl FnMut(&Line)) {
-    for level in &printed.levels {
-        lines(printed, level).iter().for_each(&mut visit);
     }
 }
 

@@ -62,5 +62,7 @@ impl Line {
 /// The lines of a layer that have a cross-section of their own: ironing has next to none.
 pub(super) fn lines(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
     let beads = level.beads.iter().map(|&index| printed.bead(index)).filter(|m| m.role != Role::Ironing);
-    beads.filter_map(|m| Line::of(printed, level, m)).collect()
+    let mut lines = Vec::with_capacity(level.beads.len());
+    lines.extend(beads.filter_map(|m| Line::of(printed, level, m)));
+    lines
 }

@@ -7,8 +7,10 @@
 
 use std::collections::HashSet;
 
+use rayon::prelude::*;
+
 use super::coverage::{self, CLOSED_MM};
-use super::prints::{Level, PrintedPart};
+use super::prints::{Level, OtherSection, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::section::{Fit, OutlineSearch, Sample, Section, fit};
@@ -43,22 +45,19 @@ const SHORTEST_MM: f64 = 0.05;
 
 /// Holds one print against its part.
 pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
-    let walls = printed.levels.iter().flat_map(|level| &level.beads).filter(|&&i| is_outer(printed, i));
-    let mut taking = Taking::of(walls.map(|&i| length(printed, i)).sum());
-    let mut samples = Vec::new();
+    let (each_mm, places) = places(printed);
+    let middle = centre(printed);
+    let layers = printed.levels.par_iter().zip(&places);
+    let layers: Vec<Layer> = layers.map(|(level, walls)| Layer::of(printed, level, walls, middle)).collect();
+    // In the order of the layers, so that no digit depends on the number of threads.
     let (mut covered, mut outline) = (0.0, 0.0);
-    let mut sections = Vec::with_capacity(printed.levels.len());
-    let [centre_x, centre_y] = centre(printed);
-    for level in &printed.levels {
-        let (section, other) = printed.section(level, |i| is_outer(printed, i));
-        let mut search = section.search();
-        for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
-            let middle = [centre_x, centre_y];
-            covered += sample(printed, level, &mut search, index, &mut taking, middle, &mut samples);
+    for layer in &layers {
+        for count in &layer.beside {
+            covered += (0..*count).fold(0.0, |sum, _| sum + each_mm);
         }
-        outline += section.perimeter();
-        sections.push((section, other));
+        outline += layer.section.perimeter();
     }
+    let samples: Vec<Sample> = layers.iter().flat_map(|layer| &layer.samples).copied().collect();
     let found = fit(&samples, WEAKEST);
     let registered = found.as_ref().is_none_or(|fit| registration(printed, fit, &samples, findings));
     let share = covered / outline;
@@ -75,25 +74,52 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     // Where all of it is moved, that is the one thing to say.
     if registered {
         let offset = found.map_or(0.0, |fit| fit.offset).clamp(-MOST_OFFSET_MM, MOST_OFFSET_MM);
-        for (level, (section, other)) in printed.levels.iter().zip(&sections) {
-            let mut off = strays(printed, level, section, offset);
-            // A face whose corners lie on both sides of the middle is cut to pieces of both; where it leans a wall goes across it, inside one and
-            // outside the other.
-            if let Some(other) = other.as_ref().filter(|_| !off.is_empty()) {
-                let of = |stray: &Stray| (stray.line, other.leans.then_some(stray.rule));
-                let also: HashSet<(u32, Option<Rule>)> =
-                    strays(printed, level, &other.section, offset).iter().map(of).collect();
-                off.retain(|stray| also.contains(&of(stray)));
-            }
-            if off.iter().any(|stray| stray.rule == Rule::Registration) {
-                off.retain(|stray| {
-                    stray.rule != Rule::Registration || !begins_near(printed, level, stray.line, offset)
-                });
-            }
-            off.iter().for_each(|stray| stray.tell(printed, findings));
-            coverage::check(printed, level, section, offset, findings);
-        }
+        let layers = printed.levels.par_iter().zip(&layers);
+        let found: Vec<Findings> = layers.map(|(level, layer)| leaves(printed, level, layer, offset)).collect();
+        found.into_iter().for_each(|one| findings.append(one));
     }
+}
+
+/// The outline of one layer, and what its walls' places tell of where the part lies.
+struct Layer {
+    section: Section,
+    other: Option<OtherSection>,
+    samples: Vec<Sample>,
+    /// By wall how many of its places lie beside the outline.
+    beside: Vec<u32>,
+}
+
+impl Layer {
+    /// Of the `places` along its walls, each a move of the trace and how far from its start, mm.
+    fn of(printed: &PrintedPart<'_>, level: &Level, walls: &[WallPlaces], middle: [f64; 2]) -> Self {
+        let (section, other) = printed.section(level, |i| is_outer(printed, i));
+        let mut search = section.search();
+        let (mut samples, mut beside) = (Vec::new(), Vec::new());
+        for (index, places) in walls {
+            beside.push(sample(printed, level, &mut search, (*index, places), middle, &mut samples));
+        }
+        Self { section, other, samples, beside }
+    }
+}
+
+/// What of one layer leaves its outline, of a print in its place; its walls lie `offset` mm farther out than half a line.
+fn leaves(printed: &PrintedPart<'_>, level: &Level, layer: &Layer, offset: f64) -> Findings {
+    let mut findings = Findings::default();
+    let mut off = strays(printed, level, &layer.section, offset);
+    // A face whose corners lie on both sides of the middle is cut to pieces of both; where it leans a wall goes across it, inside one and
+    // outside the other.
+    if let Some(other) = layer.other.as_ref().filter(|_| !off.is_empty()) {
+        let of = |stray: &Stray| (stray.line, other.leans.then_some(stray.rule));
+        let also: HashSet<(u32, Option<Rule>)> =
+            strays(printed, level, &other.section, offset).iter().map(of).collect();
+        off.retain(|stray| also.contains(&of(stray)));
+    }
+    if off.iter().any(|stray| stray.rule == Rule::Registration) {
+        off.retain(|stray| stray.rule != Rule::Registration || !begins_near(printed, level, stray.line, offset));
+    }
+    off.iter().for_each(|stray| stray.tell(printed, &mut findings));
+    coverage::check(printed, level, &layer.section, offset, &mut findings);
+    findings
 }
 
 fn is_outer(printed: &PrintedPart<'_>, index: u32) -> bool {
@@ -143,34 +169,49 @@ impl Taking {
 /// The part of a whole that is as to the rest as the whole is to it.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-fn length(printed: &PrintedPart<'_>, index: u32) -> f64 {
-    printed.bead(index).ends().map_or(0.0, |[from, to]| (to - from).norm())
+/// A wall, as a move of the trace, with places along it, mm from its start.
+type WallPlaces = (u32, Vec<f64>);
+
+/// The length that each place stands for, mm; and by layer the walls that have some, as moves of the trace, with those, mm from their starts.
+fn places(printed: &PrintedPart<'_>) -> (f64, Vec<Vec<WallPlaces>>) {
+    let of_level = |level: &Level| {
+        let walls = level.beads.iter().map(|&index| (index, printed.bead(index)));
+        let walls = walls.filter(|(_, m)| !printed.has_roles || m.role == Role::OuterWall);
+        walls.filter_map(|(index, m)| m.ends().map(|[from, to]| (index, (to - from).norm()))).collect()
+    };
+    let lengths: Vec<Vec<(u32, f64)>> = printed.levels.par_iter().map(of_level).collect();
+    let mut taking = Taking::of(lengths.iter().flatten().map(|(_, length)| length).sum());
+    let mut of_wall = |&(index, length): &(u32, f64)| {
+        let places = taking.places(length);
+        (!places.is_empty()).then_some((index, places))
+    };
+    let places = lengths.iter().map(|walls| walls.iter().filter_map(&mut of_wall).collect()).collect();
+    (taking.each_mm, places)
 }
 
-/// Takes samples of a wall; the length that they stand for and that lies beside the outline, mm: in a small part the wall's own corners too.
+/// Takes samples at `places` of a wall; how many of these lie beside the outline: in a small part the wall's own corners too.
 fn sample(
     printed: &PrintedPart<'_>,
     level: &Level,
     search: &mut OutlineSearch<'_>,
-    index: u32,
-    taking: &mut Taking,
+    (index, places): (u32, &[f64]),
     centre: [f64; 2],
     samples: &mut Vec<Sample>,
-) -> f64 {
+) -> u32 {
     let m = printed.bead(index);
-    let Some([from, to]) = m.ends() else { return 0.0 };
+    let Some([from, to]) = m.ends() else { return 0 };
     let stray = STRAY_MM[usize::from(!printed.has_roles)];
-    let mut beside = 0.0;
+    let mut beside = 0;
     let half = printed.width(&m, level) / 2.0;
     let length = (to - from).norm();
     let [dx, dy] = [to.x - from.x, to.y - from.y];
-    for place in taking.places(length) {
+    for place in places {
         let p = from + (to - from) * (place / length);
         let (distance, normal) = search.nearest([p.x, p.y]);
         let out = distance + half;
         let runs_along = |normal: [f64; 2]| (dx * normal[0] + dy * normal[1]).abs() <= ALONG * length;
         if let (Some(normal), true) = (normal, out.abs() < stray) {
-            beside += taking.each_mm;
+            beside += 1;
             if runs_along(normal) {
                 samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
             }

@@ -309,6 +309,18 @@ impl Findings {
         }
     }
 
+    /// Takes over findings that were made after these, as if they had been added one by one.
+    pub(super) fn append(&mut self, later: Self) {
+        for (rule, count) in later.counts {
+            *self.counts.entry(rule).or_default() += count;
+        }
+        for (rule, findings) in later.kept {
+            let kept = self.kept.entry(rule).or_default();
+            let free = KEPT_PER_RULE.saturating_sub(kept.len());
+            kept.extend(findings.into_iter().take(free));
+        }
+    }
+
     /// The kept findings by line, and the counts.
     pub(super) fn finish(self) -> (Vec<Finding>, BTreeMap<Rule, usize>) {
         let mut all: Vec<Finding> = self.kept.into_values().flatten().collect();

@@ -8,7 +8,7 @@ use super::acts::{Acts, Go, Kind, Stroke};
 use super::evidence::{Checked, Evidence, Figures};
 use super::report::{FindingPlace, Findings, Rule, TableUse, WALL_STARTS, WallStart};
 use crate::gcode::marks::Role;
-use crate::geom::Vec3;
+use crate::geom::{Machine, Rigid, Table as Frame, Vec3};
 use crate::motion::{Pose, TableKinematics, TiltAbout};
 use crate::planning::balance::{NEWTON, Weight};
 use crate::trace::TraceMove;
@@ -23,6 +23,8 @@ struct Table<'a> {
     filament_mm2: f64,
     weight: Weight,
     pose: Option<Pose>,
+    /// From the machine's frame at that pose.
+    back: Option<Rigid<Machine, Frame>>,
     at: FindingPlace,
     /// Since the last printed line: seconds, and whether the table turned.
     waited: Option<(f64, bool)>,
@@ -45,6 +47,7 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
         filament_mm2,
         weight: Weight::default(),
         pose: None,
+        back: None,
         at: FindingPlace::default(),
         waited: None,
         acts,
@@ -85,9 +88,8 @@ impl Table<'_> {
             Some(Go::Stroke(stroke)) if stroke.kind == Kind::Print => {
                 self.at.line = m.line;
                 self.go_on(m, &stroke);
-                let Some(pose) = self.pose else { return };
+                let Some(back) = self.back else { return };
                 let middle = (stroke.from + stroke.to) / 2.0 - Vec3::z() * f64::from(stroke.height) / 2.0;
-                let back = self.kinematics.forward(pose).inverse();
                 self.weight.add(m.e * self.filament_mm2, &back.point(middle.into()).at);
             }
             _ => {
@@ -117,12 +119,12 @@ impl Table<'_> {
 
     /// Lists a start on an outer wall, where its place on the table and its print are known.
     fn start_on_wall(&mut self, stroke: &Stroke) {
-        let (Some(pose), Some(print)) = (self.pose, stroke.print.and_then(|print| self.planned.get(print as usize)))
+        let (Some(back), Some(print)) = (self.back, stroke.print.and_then(|print| self.planned.get(print as usize)))
         else {
             return;
         };
         if self.wall_starts.len() < WALL_STARTS {
-            let at = self.kinematics.forward(pose).inverse().point(stroke.from.into()).at;
+            let at = back.point(stroke.from.into()).at;
             let at_mm = <[f64; 3]>::from(at).map(|v| (v * 1e3).round() / 1e3 + 0.0);
             self.wall_starts.push(WallStart { line: stroke.line, part: print.part, at_mm });
         }
@@ -133,6 +135,7 @@ impl Table<'_> {
         let from = self.pose.map(|pose| self.lever(pose));
         let to = next.map(|pose| self.lever(pose));
         self.pose = next;
+        self.back = next.map(|pose| self.kinematics.forward(pose).inverse());
         let mut lever: f64 = from.iter().chain(&to).map(|lever| lever[0].abs()).fold(0.0, f64::max);
         // On its way it passes where it pulls most.
         if let (Some(from), Some(to)) = (from, to)

@@ -9,6 +9,8 @@
 
 use std::ops::ControlFlow;
 
+use rayon::prelude::*;
+
 use super::line::{DIGITS_MM, Line, lines};
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
@@ -132,9 +134,9 @@ pub(super) fn have_room(printed: &PrintedPart<'_>, level: &Level, lines: &[Line]
 /// a width, or no part of them is alike.
 pub(super) fn kinds(printed: &PrintedPart<'_>) -> Option<f64> {
     let every = printed.levels.len().div_ceil(MOST_LEVELS).max(1);
-    let all = printed.levels.iter().step_by(every).flat_map(|level| plain(printed, level));
-    let telling = |line: &Line| !line.stated && !line.is_thread() && line.length >= TELLING_MM && line.ratio() >= GAP;
-    let mut all: Vec<[f64; 2]> = all.filter(telling).map(|line| [line.ratio(), line.length]).collect();
+    let levels: Vec<&Level> = printed.levels.iter().step_by(every).collect();
+    let by_level: Vec<Vec<Line>> = levels.par_iter().map(|level| plain(printed, level)).collect();
+    let mut all: Vec<[f64; 2]> = by_level.iter().flatten().map(|line| [line.ratio(), line.length]).collect();
     all.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let total: f64 = all.iter().map(|[_, length]| length).sum();
     let mut from = 0;
@@ -149,9 +151,15 @@ pub(super) fn kinds(printed: &PrintedPart<'_>) -> Option<f64> {
     None
 }
 
-/// The lines of a layer that fill no thin wall: they run half a line within the outline, or farther from it than such a wall's middle.
+/// The lines of a layer without a stated width that are long and full enough to tell one, and fill no thin wall: they run half a line within the
+/// outline, or farther from it than such a wall's middle.
 fn plain(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
     let width = printed.job.profile.process.line_width_mm;
+    let telling = |line: &Line| !line.stated && !line.is_thread() && line.length >= TELLING_MM && line.ratio() >= GAP;
+    let telling: Vec<Line> = lines(printed, level).into_iter().filter(telling).collect();
+    if telling.is_empty() {
+        return telling;
+    }
     let outline = Segments::new(printed.sections.segments_at(level.middle()));
     let is_plain = |line: &Line| {
         let Some([a, b]) = line.axis() else { return false };
@@ -159,7 +167,7 @@ fn plain(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
         let away = outline.nearest(middle, width * WELL_WITHIN, None).map(|nearest| nearest.distance / width);
         away.is_none_or(|widths| (WALL[0]..=WALL[1]).contains(&widths))
     };
-    lines(printed, level).into_iter().filter(is_plain).collect()
+    telling.into_iter().filter(is_plain).collect()
 }
 
 fn is_one_of(line: &Line, ratio: f64) -> bool {
