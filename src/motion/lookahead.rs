@@ -40,7 +40,18 @@ struct Block {
     nominal: f64,
     acceleration: f64,
     max_entry: f64,
+    /// The fastest entry from which what is queued behind can still stop.
+    stoppable: f64,
     entry: f64,
+    /// The speed that it reaches from there at its end.
+    reached: f64,
+}
+
+impl Block {
+    /// The speed at the other end where it is sped up, or slowed down, all along from `speed` at one.
+    fn at_other_end(&self, speed: f64) -> f64 {
+        (speed * speed + 2.0 * self.acceleration * self.length).sqrt()
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -120,7 +131,9 @@ impl LookAhead {
         let before = self.queue.back().or(self.run.as_ref().map(|r| &r.block));
         let deviation = self.accelerations.junction_mm;
         let max_entry = before.map_or(0.0, |b| junction(b, &unit, acceleration, deviation).min(nominal).min(b.nominal));
-        self.queue.push_back(Block { from, to, length, unit, nominal, acceleration, max_entry, entry: 0.0 });
+        let (stoppable, entry, reached) = (f64::NAN, f64::NAN, f64::NAN);
+        let block = Block { from, to, length, unit, nominal, acceleration, max_entry, stoppable, entry, reached };
+        self.queue.push_back(block);
         self.end = to;
         self.look_ahead();
         if self.run.is_none() && self.held.is_none() {
@@ -128,29 +141,30 @@ impl LookAhead {
         }
     }
 
-    /// Entry speeds: backward from a stop at the end, forward from what the running block ends with.
+    /// Entry speeds: backward from a stop at the end, forward from what the running block ends with. What has not changed is not worked out
+    /// again.
     fn look_ahead(&mut self) {
         let mut exit = 0.0_f64;
         for block in self.queue.iter_mut().rev() {
-            block.entry = block.max_entry.min((exit * exit + 2.0 * block.acceleration * block.length).sqrt());
-            exit = block.entry;
+            let stoppable = block.max_entry.min(block.at_other_end(exit));
+            if stoppable == block.stoppable {
+                break;
+            }
+            (block.stoppable, exit) = (stoppable, stoppable);
         }
         let mut before = self.run.as_ref().map_or(0.0, |r| r.exit);
         for (index, block) in self.queue.iter_mut().enumerate() {
-            if index == 0 {
-                block.entry = before;
-            } else {
-                block.entry = block.entry.min(before);
+            let entry = if index == 0 { before } else { block.stoppable.min(before) };
+            if entry != block.entry {
+                (block.entry, block.reached) = (entry, block.at_other_end(entry));
             }
-            before = (block.entry * block.entry + 2.0 * block.acceleration * block.length).sqrt();
+            before = block.reached;
         }
     }
 
     fn start(&mut self, at: Time) {
         let Some(block) = self.queue.pop_front() else { return };
-        let exit = self.queue.front().map_or(0.0, |next| {
-            next.entry.min((block.entry * block.entry + 2.0 * block.acceleration * block.length).sqrt())
-        });
+        let exit = self.queue.front().map_or(0.0, |next| next.entry.min(block.at_other_end(block.entry)));
         let took = trapezoid(&block, exit).total();
         self.run = Some(Run { exit, start: at, end: at + Duration::from_secs_f64(took.min(1e6)), block });
     }
@@ -327,5 +341,52 @@ mod tests {
         p.release(Duration::from_secs(60));
         assert!((p.position(Duration::from_secs(60))[0] - there[0]).abs() < 1e-9);
         assert!((p.wake().unwrap().as_secs_f64() - 61.05).abs() < 1e-9);
+    }
+
+    /// All entry speeds anew, as they are defined.
+    fn worked_out(p: &LookAhead) -> Vec<f64> {
+        let mut exit = 0.0;
+        let mut speeds: Vec<f64> = p
+            .queue
+            .iter()
+            .rev()
+            .map(|block| {
+                exit = block.max_entry.min(block.at_other_end(exit));
+                exit
+            })
+            .collect();
+        speeds.reverse();
+        let mut before = p.run.as_ref().map_or(0.0, |run| run.exit);
+        for (index, (speed, block)) in speeds.iter_mut().zip(&p.queue).enumerate() {
+            *speed = if index == 0 { before } else { speed.min(before) };
+            before = block.at_other_end(*speed);
+        }
+        speeds
+    }
+
+    #[test]
+    fn speeds_that_are_kept_are_those_that_would_be_worked_out_again() {
+        let mut random = crate::geom::SplitMix64::seeded(3);
+        let (mut p, mut now, mut at) = (planner(), Time::ZERO, [0.0; 6]);
+        for round in 0..4000 {
+            let far = [0.05, 0.5, 20.0][random.below(3)];
+            (0..3).for_each(|i| at[i] += (random.unit() - 0.5) * far);
+            at[5] += random.unit();
+            while p.is_full() {
+                now = p.wake().unwrap();
+                p.advance(now, |_, _| {});
+            }
+            // A move that comes to an idle machine begins at once, and leaves the queue.
+            let begins = p.is_idle();
+            p.push(now, at, far / (1.0 + 200.0 * random.unit()), None);
+            let kept: Vec<f64> = p.queue.iter().map(|block| block.entry).collect();
+            if !begins {
+                assert_eq!(kept, worked_out(&p), "round {round}");
+            }
+            if random.below(40) == 0 {
+                now += Duration::from_millis(random.below(3000) as u64);
+                p.advance(now, |_, _| {});
+            }
+        }
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::clock::{Stretch, each_stretch};
 use super::interpreter::{Action, Interpreter, TimedMove};
 use super::{Event, MotionClock, State, Trace, TraceSetting, What, Zone, flag, units};
-use crate::gcode::marks::{Hint, Mark, Role, hint, mark};
+use crate::gcode::marks::{Hint, Mark, Role, Totals, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
 use crate::motion::replay::{Move, Position};
@@ -13,35 +14,82 @@ use crate::motion::replay::{Move, Position};
 ///
 /// Never fails: what has no safe meaning is a [`What::Refused`], and the moves behind it begin where the last one ended.
 pub fn read(bytes: &[u8], setting: &TraceSetting) -> Trace {
-    let mut builder = Builder::new(setting, bytes.len());
-    let (mut parsed, mut clock) = (ParsedLine::default(), MotionClock::new(&setting.accelerations));
-    for line in lines(bytes) {
-        builder.line = line.number;
-        if let Err(error) = parsed.read(line.bytes) {
-            builder.event(What::Refused(error.to_string()));
-            continue;
-        }
-        if parsed.kind == LineKind::Empty {
-            builder.comment(&line.bytes[parsed.comment.clone()]);
-            continue;
-        }
-        let action = builder.interpreter.take(&parsed);
-        if let Ok(action) = &action {
-            clock.take(action);
-        }
-        match action {
-            Ok(Action::Move(timed)) => builder.make(timed),
-            Ok(Action::Nothing) => {}
-            Ok(Action::Effect(effect)) => {
-                let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
-                builder.effect(effect, start + parsed.code.start..start + parsed.code.end);
-            }
-            Err(error) => builder.event(What::Refused(error.to_string())),
-        }
+    let mut reader = TraceReader::new(setting, bytes.len());
+    reader.take(bytes);
+    reader.finish()
+}
+
+/// How many stretches the clock may be behind, about: half a megabyte.
+const BEHIND: usize = 4096;
+
+/// A program that is read in pieces, as when its own totals are written behind it.
+///
+/// A second thread, if there is one, keeps the time of what was read last; the trace is the same on any number of threads.
+pub struct TraceReader {
+    builder: Builder,
+    parsed: ParsedLine,
+    clock: MotionClock,
+    /// What the clock has not seen yet.
+    behind: Vec<Stretch>,
+    /// Bytes and lines of the pieces before.
+    bytes: usize,
+    lines: u32,
+}
+
+impl TraceReader {
+    /// Nothing read yet of a program that will have about so many bytes.
+    pub fn new(setting: &TraceSetting, bytes: usize) -> Self {
+        let (builder, clock) = (Builder::new(setting, bytes), MotionClock::new(&setting.accelerations));
+        Self { builder, parsed: ParsedLine::default(), clock, behind: Vec::new(), bytes: 0, lines: 0 }
     }
-    builder.trace.lines = builder.line;
-    builder.trace.seconds = clock.seconds();
-    builder.trace
+
+    /// Takes the next piece: whole lines, but for the last of the last piece. An empty one changes nothing.
+    pub fn take(&mut self, piece: &[u8]) {
+        let mut rest = lines(piece).peekable();
+        while rest.peek().is_some() {
+            let Self { builder, parsed, clock, behind, .. } = self;
+            let (bytes, before) = (self.bytes, self.lines);
+            let mut next = Vec::new();
+            let mut read = || {
+                while next.len() < BEHIND
+                    && let Some(line) = rest.next()
+                {
+                    let start = bytes + (line.bytes.as_ptr() as usize - piece.as_ptr() as usize);
+                    builder.line = before + line.number;
+                    builder.take(parsed, line.bytes, start, &mut next);
+                }
+            };
+            // A machine's own start code is read often, and is over before another thread wakes up.
+            if behind.is_empty() {
+                read();
+            } else {
+                rayon::join(read, || behind.drain(..).for_each(|stretch| clock.pass(&stretch)));
+            }
+            self.behind = next;
+        }
+        self.bytes += piece.len();
+        self.lines = self.builder.line;
+    }
+
+    /// Time and layers of what was read so far, as [`totals`](super::totals()) gives them.
+    pub fn totals(&mut self) -> Totals {
+        self.catch_up();
+        let layers = self.builder.trace.events.iter().filter(|event| matches!(event.what, What::Layer)).count();
+        Totals { seconds: self.clock.clone().seconds(), layers }
+    }
+
+    /// The trace of all that was read.
+    pub fn finish(mut self) -> Trace {
+        self.catch_up();
+        let mut trace = self.builder.trace;
+        trace.lines = self.lines;
+        trace.seconds = self.clock.seconds();
+        trace
+    }
+
+    fn catch_up(&mut self) {
+        self.behind.drain(..).for_each(|stretch| self.clock.pass(&stretch));
+    }
 }
 
 /// What a slicer says of the lines that follow.
@@ -76,6 +124,26 @@ impl Builder {
         trace.role.reserve(count);
         let (said, said_by) = (Said::default(), BTreeMap::new());
         Self { interpreter: Interpreter::new(setting), trace, line: 0, state, said, said_by }
+    }
+
+    /// Takes a line that begins `start` bytes from the program's first; what of it takes time goes to `stretches`.
+    fn take(&mut self, parsed: &mut ParsedLine, line: &[u8], start: usize, stretches: &mut Vec<Stretch>) {
+        if let Err(error) = parsed.read(line) {
+            return self.event(What::Refused(error.to_string()));
+        }
+        if parsed.kind == LineKind::Empty {
+            return self.comment(&line[parsed.comment.clone()]);
+        }
+        let action = self.interpreter.take(parsed);
+        if let Ok(action) = &action {
+            each_stretch(action, |stretch| stretches.push(stretch));
+        }
+        match action {
+            Ok(Action::Move(timed)) => self.make(timed),
+            Ok(Action::Nothing) => {}
+            Ok(Action::Effect(effect)) => self.effect(effect, start + parsed.code.start..start + parsed.code.end),
+            Err(error) => self.event(What::Refused(error.to_string())),
+        }
     }
 
     fn event(&mut self, what: What) {

@@ -12,6 +12,7 @@ use crate::motion::{Accelerations, Axes};
 /// are gone round, and a firmware's queue of moves is looked ahead. No heating, no homing, no person.
 ///
 /// Axes that are not known do not move; an arc goes along its chords.
+#[derive(Clone, Debug)]
 pub struct MotionClock {
     ahead: LookAhead,
     now: Duration,
@@ -27,16 +28,18 @@ impl MotionClock {
 
     /// Lets one line of the program pass.
     pub fn take(&mut self, action: &Action) {
-        match action {
-            Action::Move(timed) => self.go(timed),
-            Action::Effect(Effect::Dwell(seconds)) => {
+        each_stretch(action, |stretch| self.pass(&stretch));
+    }
+
+    /// Lets one stretch of the program pass.
+    pub(super) fn pass(&mut self, stretch: &Stretch) {
+        match *stretch {
+            Stretch::Go { by, seconds, acceleration } => self.push(by, seconds, acceleration),
+            Stretch::Wait(seconds) => {
                 self.stop();
-                self.now += Duration::try_from_secs_f64(*seconds).unwrap_or_default();
+                self.now += Duration::try_from_secs_f64(seconds).unwrap_or_default();
             }
-            Action::Effect(Effect::Drain | Effect::Home | Effect::HeatWait | Effect::Heat { waits: true, .. }) => {
-                self.stop()
-            }
-            Action::Nothing | Action::Effect(_) => {}
+            Stretch::Stop => self.stop(),
         }
     }
 
@@ -44,21 +47,6 @@ impl MotionClock {
     pub fn seconds(mut self) -> f64 {
         self.stop();
         self.now.as_secs_f64()
-    }
-
-    fn go(&mut self, timed: &TimedMove) {
-        let m = &timed.made;
-        let by = difference(&m.from, &m.to, m.e);
-        if timed.chords.len() < 2 || timed.length_mm <= 0.0 {
-            return self.push(by, timed.seconds, timed.acceleration);
-        }
-        let mut at = m.from.tip().unwrap_or(timed.chords[0]);
-        for chord in &timed.chords {
-            let (step, share) = (chord - at, (chord - at).norm() / timed.length_mm);
-            let by = [step.x, step.y, step.z, by[3] * share, by[4] * share, by[5] * share];
-            self.push(by, timed.seconds * share, timed.acceleration);
-            at = *chord;
-        }
     }
 
     fn push(&mut self, by: Axes, seconds: f64, acceleration: Option<f64>) {
@@ -79,6 +67,45 @@ impl MotionClock {
             self.ahead.advance(end, |_, _| {});
         }
         self.ahead.hold(self.now);
+    }
+}
+
+/// What of a program takes time, without what else is known of it: a [`MotionClock`] may run behind whoever reads.
+pub(super) enum Stretch {
+    /// A straight line of all axes, mm and degrees.
+    Go { by: Axes, seconds: f64, acceleration: Option<f64> },
+    /// All moves end, then so many seconds.
+    Wait(f64),
+    /// All moves end.
+    Stop,
+}
+
+/// Visits the stretches of one line in order: none for what takes no time, one for each chord of an arc.
+pub(super) fn each_stretch(action: &Action, mut visit: impl FnMut(Stretch)) {
+    match action {
+        Action::Move(timed) => each_straight(timed, |by, seconds| {
+            visit(Stretch::Go { by, seconds, acceleration: timed.acceleration });
+        }),
+        Action::Effect(Effect::Dwell(seconds)) => visit(Stretch::Wait(*seconds)),
+        Action::Effect(Effect::Drain | Effect::Home | Effect::HeatWait | Effect::Heat { waits: true, .. }) => {
+            visit(Stretch::Stop);
+        }
+        Action::Nothing | Action::Effect(_) => {}
+    }
+}
+
+/// Visits the straight lines of a move, with the time of each, s.
+fn each_straight(timed: &TimedMove, mut visit: impl FnMut(Axes, f64)) {
+    let m = &timed.made;
+    let by = difference(&m.from, &m.to, m.e);
+    if timed.chords.len() < 2 || timed.length_mm <= 0.0 {
+        return visit(by, timed.seconds);
+    }
+    let mut at = m.from.tip().unwrap_or(timed.chords[0]);
+    for chord in &timed.chords {
+        let (step, share) = (chord - at, (chord - at).norm() / timed.length_mm);
+        visit([step.x, step.y, step.z, by[3] * share, by[4] * share, by[5] * share], timed.seconds * share);
+        at = *chord;
     }
 }
 

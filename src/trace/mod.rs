@@ -41,7 +41,7 @@ mod rates;
 mod tests;
 mod totals;
 
-pub use build::read;
+pub use build::{TraceReader, read};
 pub use clock::MotionClock;
 pub use interpreter::{Action, Interpreter, Targets, TimedMove};
 pub use rates::{FeedCount, Rates, TooFast};
@@ -314,6 +314,17 @@ impl Trace {
     pub fn has_new_pose(&self, of: &TraceMove) -> bool {
         let (from, to) = (self.state_before(of), self.state(of));
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
+    }
+
+    /// The same of move `index`.
+    ///
+    /// # Panics
+    ///
+    /// Panics where `index` is not below [`Trace::len`].
+    pub fn is_at_new_pose(&self, index: usize) -> bool {
+        let before = index.checked_sub(1).map_or(0, |before| self.state[before] as usize);
+        let (from, to) = (&self.states[before], &self.states[self.state[index] as usize]);
+        self.state[index] as usize != before && (from.tilt, from.rotation) != (to.tilt, to.rotation)
     }
 
     /// Bytes that the moves take.

@@ -1,9 +1,9 @@
 //! What a program does, by hand.
 
-use super::{FeedCount, Rates, TraceSetting, What, Zone, read};
+use super::{FeedCount, Rates, TraceReader, TraceSetting, What, Zone, read, totals};
 use crate::gcode::marks::{Mark, Role};
 use crate::gcode::meaning::{Effect, Hazard};
-use crate::geom::Angle;
+use crate::geom::{Angle, SplitMix64};
 use crate::motion::lookahead::AT_ONCE;
 use crate::motion::replay::Reading;
 use crate::motion::{Accelerations, AxisRange};
@@ -153,4 +153,46 @@ fn a_file_of_arcs_costs_no_more_than_its_bytes_pay_for() {
     assert_eq!(chords(half, 4_000).1, 0);
     // So is what goes far beyond: nothing is made of it.
     assert_eq!(chords("G2 I100000 E1", 10_000), (1, 0));
+}
+
+/// Long enough for the clock to be behind, with all that it waits for.
+#[test]
+fn a_program_that_is_read_in_pieces_is_the_whole_one() {
+    let accelerations = Accelerations { axes: [500.0, 700.0, 60.0, 90.0, 90.0, 3000.0], junction_mm: 0.02 };
+    let setting = TraceSetting { accelerations, ..setting() };
+    let mut random = SplitMix64::seeded(5);
+    let mut lines = vec!["M83\nG1 X0 Y0 Z0.2 F3000".to_owned()];
+    for line in 0..15_000 {
+        let [x, y] = [(); 2].map(|()| random.unit() * 40.0);
+        lines.push(match random.below(400) {
+            0 => "G4 P250".to_owned(),
+            1 => format!(";LAYER_CHANGE\nG1 Z{:.2}", f64::from(line) * 0.01),
+            2 => format!("G1 A{x:.2} C{y:.1}"),
+            3 => "G1 X1..2".to_owned(),
+            4 => "M400".to_owned(),
+            5 => format!("G2 X{x:.3} Y{y:.3} I2 J1 E0.3"),
+            _ => format!("G1 X{x:.3} Y{y:.3} E0.02"),
+        });
+    }
+    let text = lines.join("\n") + "\n";
+    let whole = read(text.as_bytes(), &setting);
+    let pools = [1, 2, 7].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap());
+    for (pool, pieces) in pools.iter().zip([1, 3, 2]) {
+        let ends = text.match_indices('\n').map(|(at, _)| at + 1).collect::<Vec<usize>>();
+        let mut reader = TraceReader::new(&setting, text.len());
+        let mut from = 0;
+        for piece in 1..=pieces {
+            let to = ends[ends.len() * piece / pieces - 1];
+            pool.install(|| reader.take(&text.as_bytes()[from..to]));
+            from = to;
+        }
+        let so_far = reader.totals();
+        reader.take(b"");
+        let trace = reader.finish();
+        assert_eq!((trace.lines, trace.seconds.to_bits()), (whole.lines, whole.seconds.to_bits()));
+        assert!(trace.moves().eq(whole.moves()) && trace.events == whole.events && trace.states == whole.states);
+        let all = totals(text.as_bytes(), &setting);
+        assert_eq!((so_far.seconds.to_bits(), so_far.layers), (all.seconds.to_bits(), all.layers));
+        assert!(all.layers > 5 && all.seconds > 100.0 && trace.events.len() > 50);
+    }
 }

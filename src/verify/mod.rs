@@ -3,7 +3,8 @@
 //! ```text
 //! bytes -> reading                              (what the machine's firmware takes each line for)
 //!       --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
-//!                              -> walk          (in air? head, turning, frame against what this very file lays down:
+//!                              -> stays         (what is printed at one pose after another, and what stands there before)
+//!                              -> walk          (in air? head, turning, frame against what this very file lays down, stay by stay:
 //!                                               `field` bounds from above, `near` the distance itself)
 //!                              -> balance       (standing: its weight against what sticks to the table)
 //!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow; fill: by layer, with the part's sections)
@@ -132,11 +133,16 @@ pub struct ReplayJob<'a> {
 ///
 /// The report does not depend on the number of threads.
 pub fn verify(bytes: &[u8], job: &ReplayJob<'_>) -> Report {
+    verify_trace(bytes, &trace::read(bytes, &job.profile.trace_setting()), job)
+}
+
+/// Does the same where `bytes` have been read already: `trace` must be theirs, by the profile's own
+/// [`trace_setting`](Profile::trace_setting).
+pub fn verify_trace(bytes: &[u8], trace: &Trace, job: &ReplayJob<'_>) -> Report {
     let planned = planned(job);
-    let trace = trace::read(bytes, &job.profile.trace_setting());
-    let printed = prints::gather(&trace, job, &planned);
-    let acts = Acts::new(&trace, job.profile, &printed);
-    let evidence = Evidence { bytes, trace: &trace, job, planned: &planned, printed: &printed, acts: &acts };
+    let printed = prints::gather(trace, job, &planned);
+    let acts = Acts::new(trace, job.profile, &printed);
+    let evidence = Evidence { bytes, trace, job, planned: &planned, printed: &printed, acts: &acts };
     let mut report = Report::of_moves(trace.len(), trace.seconds);
     let mut all = Findings::default();
     let checked: Vec<_> = CHECKS.par_iter().with_max_len(1).map(|check| check(&evidence)).collect();

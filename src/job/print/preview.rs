@@ -14,8 +14,8 @@ use crate::profile::Profile;
 use crate::strategy::StrategyError;
 use crate::strategy::holding::support_solids;
 use crate::strategy::{NoPlan, PlaceRequest, PlanRequest, TriedWay, plan};
-use crate::trace;
-use crate::verify::{HeadRoom, ReplayJob, Report, rooms, verify};
+use crate::trace::{self, Trace};
+use crate::verify::{HeadRoom, ReplayJob, Report, rooms, verify_trace};
 use crate::view::{DrawnMachine, DrawnProgram, PackedScene, Scene, Shapes};
 use crate::world::World;
 
@@ -131,11 +131,12 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     let start = world.clock.now();
     let workpiece = plan.workpiece();
     let job = ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
-    let report = verify(&bytes, &job);
+    let trace = trace::read(&bytes, &plan.machine.profile.trace_setting());
+    let report = verify_trace(&bytes, &trace, &job);
     let seconds_verify = (world.clock.now() - start).as_secs_f64();
     bar.at(1);
     drop(bar);
-    Ok(PreviewResult { seconds_verify, ..show(&file, &bytes, plan, &report, world)? })
+    Ok(PreviewResult { seconds_verify, ..show_trace(&file, &bytes, trace, plan, &report, world)? })
 }
 
 /// The room of each move is looked for in programs of so many moves: some seconds. Four million of hair-thin lines took three minutes.
@@ -153,10 +154,24 @@ pub fn show(
     report: &Report,
     world: &World<'_>,
 ) -> Result<PreviewResult, PrintError> {
+    let start = world.clock.now();
+    let trace = trace::read(program, &plan.machine.profile.trace_setting());
+    let shown = show_trace(file, program, trace, plan, report, world)?;
+    Ok(PreviewResult { seconds: (world.clock.now() - start).as_secs_f64(), ..shown })
+}
+
+/// The same of a program that has been read: `trace` must be its own.
+fn show_trace(
+    file: &str,
+    program: &[u8],
+    trace: Trace,
+    plan: &CheckedPlan,
+    report: &Report,
+    world: &World<'_>,
+) -> Result<PreviewResult, PrintError> {
     let bar = world.progress.begin("drawing", 3);
     let start = world.clock.now();
     let profile = &plan.machine.profile;
-    let trace = trace::read(program, &profile.trace_setting());
     bar.at(1);
     if trace.is_empty() {
         return Err(PrintError::NoMoves { file: file.to_owned() });

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::PrintError;
 use super::slice::Prints;
 use super::verify::Verified;
-use super::verify::replayed;
+use super::verify::replayed_as;
 use crate::gcode::marks::finished_by;
 use crate::input::{CheckedPlan, Source};
 use crate::pictures::thumbnails;
@@ -15,7 +15,7 @@ use crate::toolpath::{
     Bed, BoxMismatch, Input, InputWords, LabelledPrint, Moved, ProjectSpot, RewriteError, RewriteJob, SlicedPrint,
     check_box, find_moved, read_sliced, rewrite as rewritten, slot_mesh,
 };
-use crate::trace::totals;
+use crate::trace::{Trace, TraceReader};
 use crate::world::World;
 
 /// Sliced files and the plan they were sliced for.
@@ -111,6 +111,8 @@ pub(super) fn read_prints<'a>(
 /// A program of which nothing is proved yet.
 pub(super) struct Written {
     gcode: Vec<u8>,
+    /// What these bytes do.
+    trace: Trace,
     warnings: Vec<String>,
 }
 
@@ -144,14 +146,21 @@ impl Written {
         let mut gcode = Vec::with_capacity(expected + expected / 8);
         let made = rewritten(&inputs, &job, &mut gcode)?;
         made.warnings.iter().for_each(|w| world.progress.warning(w));
-        // Before the replay, which is then of these bytes too.
-        gcode.extend_from_slice(totals(&gcode, &profile.trace_setting()).to_string().as_bytes());
-        Ok(Self { gcode, warnings: made.warnings })
+        // Before the replay, which is then of these bytes too; and what was read for them is read once.
+        if gcode.last().is_some_and(|last| *last != b'\n') {
+            gcode.push(b'\n');
+        }
+        let mut reader = TraceReader::new(&profile.trace_setting(), gcode.len());
+        reader.take(&gcode);
+        let all = gcode.len();
+        gcode.extend_from_slice(reader.totals().to_string().as_bytes());
+        reader.take(&gcode[all..]);
+        Ok(Self { gcode, trace: reader.finish(), warnings: made.warnings })
     }
 
     /// The program, replayed.
     pub(super) fn verified(self, plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, PrintError> {
-        let replay = replayed(self.gcode, plan, world);
+        let replay = replayed_as(self.gcode, &self.trace, plan, world);
         let verify_seconds = replay.seconds;
         Ok(RewriteResult { gcode: replay.verified()?, warnings: self.warnings, verify_seconds })
     }

@@ -3,7 +3,8 @@
 use super::error::{PrintError, Rejected};
 use crate::gcode::marks::made_by;
 use crate::input::{CheckedPlan, MachineSource, Source, load_profile};
-use crate::verify::{Refereed, ReplayJob, Report, verify as replay};
+use crate::trace::{self, Trace};
+use crate::verify::{Refereed, ReplayJob, Report, verify_trace};
 use crate::world::World;
 
 /// A finished program and the plan it was made by.
@@ -96,9 +97,18 @@ pub fn referee(request: &RefereeRequest<'_>, world: &World<'_>) -> Result<Refere
 /// The replay of bytes in hand.
 pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) -> VerifyResult {
     let start = world.clock.now();
+    let trace = trace::read(&program, &plan.machine.profile.trace_setting());
+    let result = replayed_as(program, &trace, plan, world);
+    let seconds = (world.clock.now() - start).as_secs_f64();
+    VerifyResult { seconds, ..result }
+}
+
+/// The same of bytes that have been read: `trace` must be theirs.
+pub(super) fn replayed_as(program: Vec<u8>, trace: &Trace, plan: &CheckedPlan, world: &World<'_>) -> VerifyResult {
+    let start = world.clock.now();
     let workpiece = plan.workpiece();
-    let report =
-        replay(&program, &ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let job = ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
+    let report = verify_trace(&program, trace, &job);
     let seconds = (world.clock.now() - start).as_secs_f64();
     VerifyResult { report, seconds, program, plan: plan.sha256.clone() }
 }
