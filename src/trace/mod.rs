@@ -316,17 +316,6 @@ impl Trace {
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
     }
 
-    /// The same of move `index`.
-    ///
-    /// # Panics
-    ///
-    /// Panics where `index` is not below [`Trace::len`].
-    pub fn is_at_new_pose(&self, index: usize) -> bool {
-        let before = index.checked_sub(1).map_or(0, |before| self.state[before] as usize);
-        let (from, to) = (&self.states[before], &self.states[self.state[index] as usize]);
-        self.state[index] as usize != before && (from.tilt, from.rotation) != (to.tilt, to.rotation)
-    }
-
     /// Bytes that the moves take.
     pub fn bytes(&self) -> usize {
         let each = 4 + 3 * 4 + 3 * 4 + 4 + 2 + 2 + size_of::<Role>() + 2;
