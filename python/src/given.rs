@@ -51,7 +51,7 @@ impl<'py> Given<'py> {
             Trouble::input(format!("{name} {shown:.60} is not {what}")).raised(value.py())
         };
         // `True` is a number to Python, and never meant as one.
-        let is_flag = value.is_instance_of::<PyBool>() && what != FLAG;
+        let is_flag = value.is_instance_of::<PyBool>() && ![FLAG, REPAIR].contains(&what);
         if is_flag { Err(refused()) } else { read(&value).map(Some).ok_or_else(refused) }
     }
 
@@ -113,9 +113,10 @@ impl<'py> Given<'py> {
             Ok(mends) => Some(if mends { Repair::Auto } else { Repair::Off }),
             Err(_) => Repair::named(&value.extract::<String>().ok()?),
         };
-        let repair = self.of("repair", "True, False, 'auto', 'strict' or 'off'", how)?.unwrap_or_default();
+        let repair = self.of("repair", REPAIR, how)?.unwrap_or_default();
         Ok(ModelSource { unit, repair, ..ModelSource::from(source(model)) })
     }
 }
 
 const FLAG: &str = "True or False";
+const REPAIR: &str = "True, False, 'auto', 'strict' or 'off'";

@@ -324,10 +324,11 @@ class Failures(Folder):
         vertices, facets = box((0, 0, 0), (1, 1, 1))
         model = trunnion.Model.from_arrays(vertices, facets[:-1])
         model.write(self.folder / "open.3mf")
-        document = self.refused("inspect", self.folder / "open.3mf", "--no-repair")
-        with self.assertRaises(trunnion.InputError) as caught:
-            trunnion.inspect(self.folder / "open.3mf", repair=False)
-        self.assertEqual(caught.exception.to_dict(), document)
+        for flags, repair in [(["--no-repair"], False), (["--repair", "off"], "off"), (["--repair", "strict"], "strict")]:
+            document = self.refused("inspect", self.folder / "open.3mf", *flags)
+            with self.subTest(repair=repair), self.assertRaises(trunnion.InputError) as caught:
+                trunnion.inspect(self.folder / "open.3mf", repair=repair)
+            self.assertEqual(caught.exception.to_dict(), document)
 
     def test_settings(self):
         for keyword, value, said in [
@@ -350,7 +351,7 @@ class Failures(Folder):
             ("output", 3, "int is not a path"),
             ("sheet", self.folder / "plan.doc", "sheet "),
             ("unit", "inch", "inch"),
-            ("repair", "yes", "repair 'yes' is not True or False"),
+            ("repair", "yes", "repair 'yes' is not True, False, 'auto', 'strict' or 'off'"),
             ("threads", 1025, "threads 1025 is not a whole number from 0 to 1024"),
             ("threads", 10**30, "is not a whole number from 0 to 1024"),
             ("threads", -1, "threads -1 is not a whole number from 0 to 1024"),
