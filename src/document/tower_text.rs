@@ -3,8 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use super::jog_text::unseen;
 use crate::job::{Calibrated, TowerReading, TowerResult};
 
+/// Steeper towers want axes that are known well, degrees.
+const FIRST_TILT_DEG: f64 = 20.0;
 /// A block that began further from what it stands on says little, mm.
 const ROUGH_MM: f64 = 0.4;
 
@@ -33,6 +36,16 @@ pub fn tower(done: &TowerResult, folder: &Path) -> String {
         ("measured.toml", "fill in what the callipers show"),
     ] {
         let _ = writeln!(out, "{}: {what}", name(file));
+    }
+    if (tilt - level).abs() > FIRST_TILT_DEG {
+        let first = level + FIRST_TILT_DEG.copysign(tilt - level);
+        let _ = writeln!(
+            out,
+            "at this tilt the axes must be known to about 0.5 mm, or the head is pressed into the tower; if they are not, print one with --tilt {first} first"
+        );
+    }
+    if let Some(unseen) = unseen(&done.machine.profile, &done.machine.name) {
+        let _ = writeln!(out, "{unseen}");
     }
     let _ = writeln!(out, "expected standard errors, for two readings of each dimension:");
     for (name, error, angle) in &done.errors {

@@ -36,7 +36,7 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
     let around = |id: usize| all.clone().filter(move |&other| other != id && bounds[id].meets(&bounds[other]));
     let (mut around_it, mut facets) = (Vec::with_capacity(loose.len()), 0);
     for id in loose {
-        let others = nearby(parts, id, around(id));
+        let others = nearby(&parts[id].mesh, around(id).map(|other| &parts[other].mesh));
         facets += others.facets().len();
         if facets > MOST_FACETS {
             return Vec::new();
@@ -51,24 +51,34 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
         !others.facets().is_empty() && is_blocked(&parts[*id].mesh, others) && !overlaps(*id)
     };
     let mut caught: Vec<usize> = around_it.iter().filter(|one| is_caught(one)).map(|(id, _)| *id).collect();
-    let mut reached = held.to_vec();
     let mut kept = Vec::new();
-    while let Some(at) = caught.iter().position(|&id| around(id).any(|other| reached[other])) {
-        let id = caught.remove(at);
-        reached[id] = true;
-        kept.push(id);
+    // What is caught in each other alone comes out together: only what stands holds a group of them.
+    while let Some(first) = caught.pop() {
+        let mut group = vec![first];
+        while let Some(at) = caught.iter().position(|&id| group.iter().any(|&one| bounds[id].meets(&bounds[one]))) {
+            group.push(caught.remove(at));
+        }
+        let whole = TriangleMesh::joined(group.iter().map(|&id| &parts[id].mesh));
+        let meets = |other: usize| group.iter().any(|&id| bounds[id].meets(&bounds[other]));
+        let holding =
+            nearby(&whole, all.clone().filter(|&other| held[other] && meets(other)).map(|id| &parts[id].mesh));
+        if !holding.facets().is_empty() && is_blocked(&whole, &holding) {
+            kept.extend(group);
+        }
     }
     kept.sort_unstable();
     kept
 }
 
-/// The facets of other parts that are near enough to block part `id`.
-fn nearby(parts: &[Part], id: usize, others: impl Iterator<Item = usize>) -> TriangleMesh<Object> {
-    let own = parts[id].mesh.bounds();
+/// The facets of others that are near enough to block `mesh`.
+fn nearby<'a>(
+    mesh: &TriangleMesh<Object>,
+    others: impl Iterator<Item = &'a TriangleMesh<Object>>,
+) -> TriangleMesh<Object> {
+    let own = mesh.bounds();
     let near = own.inflated(2.0 * own.size().norm() + FAR_MM);
     let mut corners = Vec::new();
-    for other in others {
-        let mesh = &parts[other].mesh;
+    for mesh in others {
         let all = (0..mesh.facets().len()).map(|facet| mesh.corners(facet));
         corners.extend(all.filter(|facet| Bounds::of(*facet).meets(&near)));
     }
@@ -102,11 +112,13 @@ fn ways(mesh: &TriangleMesh<Object>) -> Vec<Vec3> {
         }
     }
     faces.sort_by(|a, b| b.1.total_cmp(&a.1));
-    for (normal, _) in faces.into_iter().take(MOST_NORMALS) {
-        for way in [normal, -normal] {
-            if ways.iter().all(|known| known.dot(&way) < SAME_WAY) {
-                ways.push(way);
-            }
+    faces.truncate(MOST_NORMALS);
+    // The axis of a prism is across its sides, and these are larger than its ends where it is long.
+    let axes = faces.iter().skip(1).filter_map(|(normal, _)| faces[0].0.cross(normal).try_normalize(0.1));
+    let more: Vec<Vec3> = faces.iter().map(|(normal, _)| *normal).chain(axes).collect();
+    for way in more.into_iter().flat_map(|way| [way, -way]) {
+        if ways.iter().all(|known| known.dot(&way) < SAME_WAY) {
+            ways.push(way);
         }
     }
     ways
@@ -147,4 +159,33 @@ fn height_over([a, b, c]: &[Vec3; 3], start: &Vec3) -> Option<f64> {
     let whole = u + v + w;
     let within = (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
     within.then(|| (u * a.z + v * b.z + w * c.z) / whole - start.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pin is longer than it is wide: none of its many largest faces is an end.
+    #[test]
+    fn the_axis_of_a_slanted_prism_is_a_way() {
+        let axis = Vec3::new(0.3, -0.2, 0.9).normalize();
+        let across = axis.cross(&Vec3::x()).normalize();
+        let other = axis.cross(&across);
+        for sides in [5_u32, 12, 48] {
+            let ring = |height: f64| {
+                (0..sides).map(move |k| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(sides)).sin_cos();
+                    (across * cos + other * sin) * 2.0 + axis * height
+                })
+            };
+            let walls = (0..sides).flat_map(|k| {
+                let next = (k + 1) % sides;
+                [[k, next, sides + next], [k, sides + next, sides + k]]
+            });
+            let ends = (1..sides - 1).flat_map(|k| [[0, k + 1, k], [sides, sides + k, sides + k + 1]]);
+            let pin = TriangleMesh::<Object>::new(ring(0.0).chain(ring(40.0)).collect(), walls.chain(ends).collect());
+            let found = ways(&pin);
+            assert!([axis, -axis].iter().all(|way| found.iter().any(|one| one.dot(way) > SAME_WAY)), "{sides} sides");
+        }
+    }
 }

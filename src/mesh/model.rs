@@ -102,6 +102,8 @@ impl Model {
         model.find_table();
         let held = model.held();
         model.captive = captive(&model.parts, &held);
+        let told = model.captive.iter().map(|&id| is_captive(&model.parts[id]));
+        model.warnings.extend(told.collect::<Vec<String>>());
         model
     }
 
@@ -238,6 +240,13 @@ fn hold(id: usize, beside: &[Vec<usize>], held: &mut [bool]) {
             queue.extend(&beside[id]);
         }
     }
+}
+
+fn is_captive(part: &Part) -> String {
+    let who = part_named(part.id, &part.name);
+    format!(
+        "{who} is captive: it touches no other part and cannot be pulled out of those around it, so it is printed in place as drawn"
+    )
 }
 
 fn on_a_tip(part: &Part) -> String {

@@ -1,14 +1,15 @@
 //! A program judged without its plan: files of other programs, and our own where the plan is lost.
 //!
 //! ```text
-//! bytes --trace--> runs of lines at one pose                 (each is taken for one print, all for one part)
+//! bytes --trace--> runs of lines at one pose                 (each is taken for one print, of a part of its own)
 //!       --marks--> the same program with our comments, a plan, and boxes around the runs for a model
 //!       --CHECKS--> findings of the rules that need no model
 //! ```
 //!
 //! Whatever the file says of itself in our own comments is not read: it is taken for a stranger's. Parts that grow beside each other cannot be
-//! told apart, so that nothing is a stranger to anything: the nozzle may touch whatever was printed, as it does where it prints onto it; all other
-//! pieces of the head keep clear of everything, and the nozzle travels through nothing.
+//! told apart, so that nothing is a stranger to anything: the nozzle may be as deep in whatever was printed as where it prints onto it, and a run travels
+//! through nothing of its own; all other pieces of the head keep clear of everything. Parts of a joint are one part of their run, so what is printed above a
+//! gap is in mid-air.
 
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ use super::{ReplayJob, acts::Acts, balance, planned, prints, program, reading, t
 use crate::gcode::marks::{Role, mark, print_mark, slot_mark};
 use crate::gcode::{ParsedLine, lines};
 use crate::geom::{Bounds, Object, Vec3};
-use crate::mesh::{Model, Part, TriangleMesh, Unit};
+use crate::mesh::{Interface, Model, Part, TriangleMesh, Unit};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, PrintSupports, TimeSlot, Workpiece};
 use crate::profile::Profile;
@@ -58,8 +59,8 @@ const UNJUDGED: [Rule; 9] = [
 /// The checks that find breaches of these, beginning with those that take longest.
 const CHECKS: [Check; 4] = [walk::check, program::check, balance::check, table::check];
 
-/// A file that turns the table more often between lines is printed while it turns.
-const MOST_RUNS: usize = 1000;
+/// Files of more runs are not judged: what each costs is much more than its bytes.
+const MOST_RUNS: usize = 500;
 /// A run's box is never flatter, mm.
 const LEAST_MM: f64 = 0.01;
 /// Layers of air that a slicer leaves above its supports, at most.
@@ -88,13 +89,13 @@ pub enum Unjudged {
         /// The machine's rotary letters.
         letters: String,
     },
-    /// The table turns all the time.
+    /// Too many poses.
     #[error(
-        "the table turns {turns} times between printed lines (maximum {MOST_RUNS}): files printed while the table turns are not judged"
+        "lines are printed at {runs} poses, one after the other (maximum {MOST_RUNS}), and such files are not judged"
     )]
-    Continuous {
-        /// How often.
-        turns: usize,
+    ManyPoses {
+        /// How many.
+        runs: usize,
     },
 }
 
@@ -106,8 +107,28 @@ struct PoseRun {
     /// The lines in the file of its first and last printing move, and of the first turn before them.
     lines: [u32; 2],
     turned: Option<u32>,
-    /// Lines from which on it prints supports, or no longer; the first is its own first.
-    switches: Vec<(u32, bool)>,
+    /// Where it begins to print supports, or ends; the first is its own first line.
+    switches: Vec<Switch>,
+}
+
+/// A line from which on supports are printed, or no longer, with what the slicer says of it.
+struct Switch {
+    line: u32,
+    is_support: bool,
+    role: Role,
+    /// Stated, mm.
+    width: Option<f64>,
+    height: Option<f64>,
+}
+
+impl Switch {
+    /// The comments that say of a print's lines what the file said before it: a print begins with nothing said.
+    fn said(&self) -> impl Iterator<Item = String> {
+        let role = (self.role != Role::Unknown).then(|| format!(";TYPE:{}", self.role.name()));
+        let width = self.width.map(|mm| format!(";WIDTH:{mm}"));
+        let height = self.height.map(|mm| format!(";HEIGHT:{mm}"));
+        role.into_iter().chain(width).chain(height)
+    }
 }
 
 /// Judges a program by what it does on `profile`'s machine.
@@ -206,7 +227,7 @@ fn runs(trace: &Trace, profile: &Profile) -> Result<Vec<PoseRun>, Unjudged> {
     match count {
         0 => Err(Unjudged::NothingPrinted { letters: format!("{tilt}, {rotation}") }),
         1..=MOST_RUNS => Ok(all),
-        turns => Err(Unjudged::Continuous { turns }),
+        runs => Err(Unjudged::ManyPoses { runs }),
     }
 }
 
@@ -221,13 +242,14 @@ impl PoseRun {
         self.beads = self.beads.union(&Bounds::of(ends));
         self.lines[1] = m.line;
         let is_support = m.role == Role::Support;
-        if self.switches.last().is_none_or(|(_, before)| *before != is_support) {
-            self.switches.push((m.line, is_support));
+        if self.switches.last().is_none_or(|before| before.is_support != is_support) {
+            let &TraceMove { line, role, width, height, .. } = m;
+            self.switches.push(Switch { line, is_support, role, width, height });
         }
     }
 
     fn has_supports(&self) -> bool {
-        self.switches.iter().any(|(_, is_support)| *is_support)
+        self.switches.iter().any(|switch| switch.is_support)
     }
 
     /// What it fills at most, upright, machine frame, mm.
@@ -247,18 +269,24 @@ impl PoseRun {
     }
 }
 
-/// The boxes of all runs as one part, in the table's frame.
+/// A box for each run, in the table's frame, as if each touched each other.
 fn boxes(runs: &[PoseRun], table: &TableKinematics, profile: &Profile) -> Model {
-    let of = |run: &PoseRun| {
+    let part = |(id, run): (usize, &PoseRun)| {
         let back = table.forward(run.pose).inverse();
         let upright = TriangleMesh::<Object>::cuboid(&run.filled(table, profile));
         let vertices = upright.vertices().iter().map(|v| back.rotation * v + back.translation).collect();
-        TriangleMesh::<Object>::new(vertices, upright.facets().to_vec())
+        Part { id, name: String::new(), mesh: TriangleMesh::new(vertices, upright.facets().to_vec()) }
     };
-    let all: Vec<TriangleMesh<Object>> = runs.iter().map(of).collect();
-    let part = Part { id: 0, name: String::new(), mesh: TriangleMesh::joined(&all) };
-    let (bounds, parts) = (part.mesh.bounds(), vec![part]);
-    let (interfaces, on_table, captive, warnings, others) = (Vec::new(), vec![0], Vec::new(), Vec::new(), Vec::new());
+    let parts: Vec<Part> = runs.iter().enumerate().map(part).collect();
+    let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
+    let stands = |part: &&Part| part.mesh.bounds().min.z < profile.process.nozzle_mm;
+    let on_table = parts.iter().filter(stands).map(|part| part.id).collect();
+    let touch = |a: usize, b: usize| {
+        let (facets_a, facets_b) = (Vec::new(), Vec::new());
+        Interface { a, b, area_mm2: 1.0, normal: Vec3::zeros(), facets_a, facets_b }
+    };
+    let interfaces = (0..parts.len()).flat_map(|b| (0..b).map(move |a| touch(a, b))).collect();
+    let (captive, warnings, others) = (Vec::new(), Vec::new(), Vec::new());
     Model { parts, interfaces, on_table, captive, unit: Unit::Millimetre, warnings, bounds, others }
 }
 
@@ -276,7 +304,7 @@ fn plan_of(runs: &[PoseRun], table: &TableKinematics, profile: &Profile, placeme
         let up = table.forward(run.pose).inverse().rotation * Vec3::z();
         let [tilt_deg, rotation_deg] = words(table, run.pose);
         let supports = run.has_supports().then(supports);
-        TimeSlot { id, prints: vec![Print { part: 0, up: up.into(), tilt_deg, rotation_deg, supports }] }
+        TimeSlot { id, prints: vec![Print { part: id, up: up.into(), tilt_deg, rotation_deg, supports }] }
     };
     let no_name = String::new;
     Plan {
@@ -287,7 +315,7 @@ fn plan_of(runs: &[PoseRun], table: &TableKinematics, profile: &Profile, placeme
         machine: MachineRef { profile: no_name(), sha256: no_name() },
         placement,
         bridge_mm: None,
-        parts: vec![PartRef { id: 0, name: no_name() }],
+        parts: (0..runs.len()).map(|id| PartRef { id, name: no_name() }).collect(),
         slots: runs.iter().enumerate().map(slot).collect(),
         machine_values: None,
     }
@@ -306,12 +334,15 @@ fn with_marks(bytes: &[u8], runs: &[PoseRun], end: u32, table: &TableKinematics)
     let mut supports = runs.len();
     for (id, run) in runs.iter().enumerate() {
         let [tilt, rotation] = words(table, run.pose);
-        let slot = slot_mark(id, &[0], [(table.tilt.letter, tilt), (table.rotation.letter, rotation)]);
+        let slot = slot_mark(id, &[id], [(table.tilt.letter, tilt), (table.rotation.letter, rotation)]);
         let first = run.lines[0];
         // What turned the table before the first run is the start code's.
         marks.push((run.turned.filter(|_| id > 0).unwrap_or(first), slot));
-        let print = |&(line, is_support): &(u32, bool)| (line, print_mark(if is_support { supports } else { id }, 0));
-        marks.extend(run.switches.iter().map(print));
+        for switch in &run.switches {
+            let print = if switch.is_support { supports } else { id };
+            marks.push((switch.line, print_mark(print, id)));
+            marks.extend(switch.said().map(|text| (switch.line, text)));
+        }
         supports += usize::from(run.has_supports());
     }
     marks.push((end, ";TRUNNION end".to_owned()));

@@ -98,7 +98,7 @@ impl Tally {
     pub(super) fn turn(&mut self, usual: f64, at: FindingPlace, findings: &mut Findings) {
         self.turned = true;
         let least = usual * LEAST_PULLED;
-        let pulled = -self.balance;
+        let pulled = (-self.balance).max(0.0);
         if self.started && !self.firmware_pulled && pulled < least {
             findings.add(Rule::Retract, at, [pulled, least], || {
                 format!("only {pulled:.2} mm of filament is retracted before the table turns (minimum {least:.2} mm)")

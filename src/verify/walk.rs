@@ -5,6 +5,8 @@
 
 mod head;
 
+use std::collections::HashSet;
+
 use super::Planned;
 use super::ReplayJob;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
@@ -109,10 +111,8 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
 
 /// For each print, the others that its part shares no face with; supports stand on what grows beside them, and close to it.
 pub(super) fn strangers(job: &ReplayJob<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
-    let apart = |a: usize, b: usize| {
-        let joined = |(x, y)| x == a && y == b || x == b && y == a;
-        a != b && !job.workpiece.model.interfaces.iter().any(|one| joined((one.a, one.b)))
-    };
+    let joined: HashSet<(usize, usize)> = job.workpiece.model.interfaces.iter().map(|one| (one.a, one.b)).collect();
+    let apart = |a: usize, b: usize| a != b && !joined.contains(&(a.min(b), a.max(b)));
     let holds =
         |one: &Planned, other: &Planned| one.setup == other.setup && (one.gap_mm.is_some() || other.gap_mm.is_some());
     let is_strange = |one: &Planned, other: &Planned| apart(one.part, other.part) && !holds(one, other);

@@ -105,6 +105,32 @@ fn whatever_needs_no_plan_is_found_without_one_on_the_same_line() {
     assert!(asked > 12, "{asked}");
 }
 
+/// A run that begins above what it stands on, from half a line on: as by the plan, with and without the slicer's comments.
+#[test]
+fn a_run_that_begins_in_the_air_is_found_without_a_plan() {
+    let victim = Victim::of("two-boxes");
+    for lift in [0.3, 0.4, 0.6, 1.0] {
+        let file = victim.changed(|lines| {
+            let from = lines.iter().position(|line| line.starts_with(";TRUNNION slot=1")).unwrap();
+            for line in &mut lines[from..] {
+                let is_move = line.starts_with("G1 ");
+                let raise = |word: &str| match word.strip_prefix('Z').and_then(|z| z.parse::<f64>().ok()) {
+                    Some(z) if is_move => format!("Z{:.3}", z + lift),
+                    _ => word.to_owned(),
+                };
+                *line = line.split(' ').map(raise).collect::<Vec<_>>().join(" ");
+            }
+        });
+        let by_plan = rules_of(&report(&file, &victim.plan)).contains(&"in-air");
+        let stranger = victim.folder.path().join("stranger.gcode");
+        fs::write(&stranger, bare(&fs::read_to_string(&file).unwrap())).unwrap();
+        for file in [&file, &stranger] {
+            let found = rules_of(&refereed(file, "generic-ac").0["report"]).contains(&"in-air");
+            assert!(found || !by_plan && lift < 0.5, "{lift} mm: {found} without the plan, {by_plan} with it");
+        }
+    }
+}
+
 /// Supports leave air below what they hold, and a stranger's comments say what is one.
 #[test]
 fn what_is_printed_on_supports_is_not_in_the_air() {
@@ -190,7 +216,7 @@ fn what_cannot_be_judged_is_refused_with_the_reason() {
     let spiral: String = (0..1500).map(|i| format!("G1 X{} C{} E0.1 F600\n", i % 7, i % 350)).collect();
     let (code, text) =
         run(&format!("G21\nG90\nM83\nM109 S200\nG28\nG1 Z110 F600\nG1 A0 C0\nG1 Z0.2\nG1 X0 Y0\n{spiral}"), machine);
-    assert!(code == Some(2) && fails(&text, "verify/continuous: x.gcode | 1000"), "{code:?} {text}");
+    assert!(code == Some(2) && fails(&text, "verify/many-poses: x.gcode | 500"), "{code:?} {text}");
     for (more, wanted) in [
         (&[][..], "command/usage: --plan"),
         (&["-m", "generic-ac", "--model", "x.stl"], "command/usage: --model | --plan"),

@@ -169,8 +169,13 @@ fn tilts(axis: &AxisRange, wanted: Option<f64>) -> Result<Vec<f64>, TowerError> 
             .collect(),
     };
     if !admits(axis, word(0.0)) || found.is_empty() {
-        let need = "its level place, and a tilt of 20 deg (--tilt: 10 to 75 deg)";
-        return Err(beyond(axis, need));
+        let need = match wanted {
+            Some(wanted) => {
+                format!("its level place, and a tilt of 10 to 75 deg to either side of it; --tilt is {wanted}")
+            }
+            None => "its level place, and a tilt of 20 deg".to_owned(),
+        };
+        return Err(beyond(axis, &need));
     }
     Ok(found)
 }

@@ -68,10 +68,15 @@ struct TowerSpec {
     zero_deg: [f64; 2],
 }
 
+fn no_readings() -> toml::Value {
+    toml::Value::Array(Vec::new())
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MeasureSpec {
     number: usize,
+    #[serde(default = "no_readings")]
     mm: toml::Value,
     #[serde(default)]
     left_out: bool,

@@ -40,7 +40,7 @@ pub enum Repair {
     Off,
     /// What can be mended for sure is mended, with a warning.
     Auto,
-    /// Whatever would be mended or passed over is refused.
+    /// Whatever would be mended, flipped or removed is refused.
     Strict,
 }
 

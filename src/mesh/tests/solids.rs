@@ -256,6 +256,10 @@ fn parts_of_one_name_are_numbered() {
     assert_eq!(names, ["a", "a-2", "a-2-2", "a-3", "b", "a-2-3"]);
 }
 
+fn moved(mesh: &Mesh, by: Vec3) -> Mesh {
+    Mesh::new(mesh.vertices().iter().map(|v| v + by).collect(), mesh.facets().to_vec())
+}
+
 /// Of a cube and what is around it, which parts are captive and which float.
 fn caught(around: &[Mesh]) -> [Vec<usize>; 2] {
     let inner = cube([3.0, 3.0, 3.0], 4.0, false);
@@ -290,12 +294,14 @@ fn what_no_straight_way_leads_out_of_is_captive() {
     // Upward, or to two sides: it can be put there later, and where it is to be is not known.
     assert_eq!(caught(&without(&[1])), [vec![], vec![0]]);
     assert_eq!(caught(&without(&[3, 5])), [vec![], vec![0]]);
+    // A hollow cube and what rattles in it, above a plate: each is caught in the other, and both come off upward.
+    let cell: Vec<Mesh> = all.iter().map(|mesh| moved(mesh, Vec3::z() * 0.3)).collect();
+    let plate = slab([-20.0, -20.0, -0.2], [30.0, 30.0, 0.0]);
+    let [captive, floating] = caught(&cell.iter().cloned().chain([plate]).collect::<Vec<_>>());
+    assert_eq!((captive.len(), floating.len()), (0, 7), "{captive:?} {floating:?}");
     // With nothing that stands, nothing is printed in place.
-    let high =
-        |mesh: &Mesh| Mesh::new(mesh.vertices().iter().map(|v| v + Vec3::z() * 0.3).collect(), mesh.facets().to_vec());
     let foot = slab([50.0, 50.0, 0.0], [60.0, 60.0, 2.0]);
-    let cell: Vec<Mesh> = all.iter().map(high).chain([foot]).collect();
-    let [captive, floating] = caught(&cell);
+    let [captive, floating] = caught(&cell.into_iter().chain([foot]).collect::<Vec<_>>());
     assert_eq!((captive.len(), floating.len()), (0, 7), "{captive:?} {floating:?}");
 }
 
