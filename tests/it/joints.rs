@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::filled::moves::{Step, steps};
 use crate::split::solids::{Shape, ball, block, rod, turned};
-use crate::support::{every, fails, folder as new_folder, said, trunnion};
+use crate::support::{every, folder as new_folder, said, trunnion};
 
 /// A cube in a closed cell, with the gap on all sides.
 fn cell(gap: f64) -> [Shape; 2] {
@@ -81,7 +81,8 @@ fn what_is_caught_is_printed_in_place() {
             let done = trunnion().current_dir(here).args(args).output().unwrap();
             if gap >= kind.refused_from {
                 assert!(!done.status.success() && !here.join("out.gcode").exists(), "{name}");
-                assert!(fails(&said(&done), "plan/no-plan: part 0 | begins in mid-air"), "{name}: {}", said(&done));
+                // By the plan, or, where supports were tried, by what verification finds of the lines.
+                assert!(said(&done).contains("mid-air"), "{name}: {}", said(&done));
                 continue;
             }
             assert!(done.status.success(), "{name}: {}", said(&done));
