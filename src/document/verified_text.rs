@@ -44,9 +44,9 @@ pub fn verified(report: &Report) -> String {
 pub fn refereed(done: &Refereed) -> String {
     let rules: Vec<String> = done.not_judged.iter().map(ToString::to_string).collect();
     format!(
-        "{}checked without a plan, from {} of lines at one pose each; not checked: {}\n",
+        "{}checked without a plan, as {}, one for each pose in turn; not checked: {}\n",
         verified(&done.report),
-        counted(done.runs, "run"),
+        counted(done.runs, "print"),
         rules.join(", ")
     )
 }

@@ -176,6 +176,11 @@ impl Model {
         all
     }
 
+    /// Whether a part is one of these.
+    pub fn is_in_place(&self, part: usize) -> bool {
+        self.on_table.contains(&part) || self.captive.contains(&part)
+    }
+
     /// By part, whether it hangs together with one that is printed in place.
     fn held(&self) -> Vec<bool> {
         let (beside, mut held) = (self.beside(), vec![false; self.parts.len()]);

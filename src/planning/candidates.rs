@@ -228,7 +228,7 @@ impl<'a> Setups<'a> {
         // Layers cost something, so only what an axis reaches is looked at by them. What stands on the table and is printed on a slant
         // begins in an edge along it, and slicers make nothing of its first wedges (PrusaSlicer lays them twice).
         let reached = |up: Dir<Table>| poses(up).into_iter().any(|pose| self.out_of_reach(up, pose).is_none());
-        let straight = |up: Dir<Table>| up.unit().z > 1.0 - 1e-9 || !self.workpiece.model.in_place().contains(&part);
+        let straight = |up: Dir<Table>| up.unit().z > 1.0 - 1e-9 || !self.workpiece.model.is_in_place(part);
         let by_layers = |up: Dir<Table>| self.options.practised && straight(up) && reached(up);
         let one =
             |&(up, value): &(Dir<Table>, f64)| (up, value, self.needs(part, &neighbours, up, by_layers(up), true));

@@ -29,7 +29,7 @@ const ALIKE_MM: f64 = 0.02;
 ///
 /// `printed` are the parts before it.
 pub fn joint_gap_mm(workpiece: &Workpiece<'_>, part: usize, up: Vec3, printed: &[Printed]) -> f64 {
-    if workpiece.model.in_place().contains(&part) {
+    if workpiece.model.is_in_place(part) {
         return 0.0;
     }
     let bottom = lowest(workpiece, part, up);

@@ -148,7 +148,7 @@ impl<'a> Site<'a> {
                 self.setups.head.clearance(&self.motions[setup], &solids[part], &solids[other], lift, least);
             least = clearance.mm.min(least);
         }
-        if !self.setups.workpiece.model.in_place().contains(&part) {
+        if !self.setups.workpiece.model.is_in_place(part) {
             let (motion, solid) = (&self.motions[setup], &self.setups.solids[part]);
             least = self.setups.head.clearance(motion, solid, &self.setups.slab, 0.0, least).mm.min(least);
         }

@@ -112,15 +112,6 @@ pub enum Refused {
         /// What columns have no way to the table from, mm².
         bare_mm2: f64,
     },
-    /// Supports below a part that is caught in others, above the table.
-    #[error(
-        "it is captive in other parts, begins {begins_mm:.1} mm above the table and overhangs there, and captive parts get no supports; turn the \
-         model so that it rests on them (--up)"
-    )]
-    Captive {
-        /// Its lowest place above the table, mm.
-        begins_mm: f64,
-    },
     /// Supports that the axes do not reach.
     #[error("its supports exceed the axis limits: {0}")]
     Axes(String),
@@ -211,7 +202,6 @@ impl Refused {
             Self::Roof { .. } => "way/roof-pitch",
             Self::Grid(_) => "way/grid",
             Self::StillHangs { .. } => "way/still-hangs",
-            Self::Captive { .. } => "way/captive",
             Self::Axes(_) | Self::BeyondTable { .. } => "way/supports-beyond-table",
             Self::Meet { .. } | Self::Within { .. } => "way/supports-meet-part",
             Self::Late { .. } => "way/supports-too-late",

@@ -219,9 +219,6 @@ impl Attempt {
         if bare.is_empty() || carried {
             return Ok(None);
         }
-        if plan.model.model.captive.contains(&print.part) {
-            return Err(Refused::Captive { begins_mm: plan.workpiece().parts[print.part].bounds().min.z });
-        }
         let places = match holding {
             Holding::Usual => places,
             Holding::Firm => judge.judged_strictly(&SupportLines::default()).places,

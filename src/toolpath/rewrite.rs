@@ -128,7 +128,7 @@ fn entries<'a>(
         let up = Vec3::from(print.up);
         let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
         let mut joint = Joint::over(gap, input.sliced, job.profile);
-        if !job.workpiece.model.in_place().contains(&print.part) {
+        if !job.workpiece.model.is_in_place(print.part) {
             joint = joint.settled(gap, input.sliced, job.profile).map_err(|pressed| {
                 let (file, part) = (input.file.to_owned(), print.part);
                 let Pressed { overlap_mm, room_mm } = pressed;

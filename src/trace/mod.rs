@@ -316,6 +316,12 @@ impl Trace {
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
     }
 
+    /// Gives each line the number that it has in another file: the one that this was made of.
+    pub(crate) fn renumber(&mut self, number: impl Fn(u32) -> u32) {
+        let lines = self.line.iter_mut().chain(self.events.iter_mut().map(|event| &mut event.line));
+        lines.chain(std::iter::once(&mut self.lines)).for_each(|line| *line = number(*line));
+    }
+
     /// Bytes that the moves take.
     pub fn bytes(&self) -> usize {
         let each = 4 + 3 * 4 + 3 * 4 + 4 + 2 + 2 + size_of::<Role>() + 2;

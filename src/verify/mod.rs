@@ -101,7 +101,7 @@ use crate::planning::{Plan, Workpiece};
 use crate::profile::Profile;
 use crate::trace::{self, Trace};
 use acts::Acts;
-use evidence::{Check, Evidence};
+use evidence::{Check, Checked, Evidence};
 use rayon::prelude::*;
 use report::Findings;
 
@@ -143,9 +143,17 @@ pub fn verify_trace(bytes: &[u8], trace: &Trace, job: &ReplayJob<'_>) -> Report 
     let printed = prints::gather(trace, job, &planned);
     let acts = Acts::new(trace, job.profile, &printed);
     let evidence = Evidence { bytes, trace, job, planned: &planned, printed: &printed, acts: &acts };
+    report_of(trace, by(&CHECKS, &evidence))
+}
+
+/// The outcomes of some checks, in their order.
+fn by(checks: &[Check], evidence: &Evidence<'_>) -> Vec<Checked> {
+    checks.par_iter().with_max_len(1).map(|check| check(evidence)).collect()
+}
+
+fn report_of(trace: &Trace, checked: Vec<Checked>) -> Report {
     let mut report = Report::of_moves(trace.len(), trace.seconds);
     let mut all = Findings::default();
-    let checked: Vec<_> = CHECKS.par_iter().with_max_len(1).map(|check| check(&evidence)).collect();
     for one in checked {
         all.absorb(one.findings);
         one.figures.state_in(&mut report);

@@ -127,7 +127,7 @@ impl PrintedPart<'_> {
     /// Takes note of what carries it, of the prints before: the first layer begins where that was really printed to.
     fn stand_on(&mut self, before: &[planning::Printed]) {
         self.joint_mm = joint_gap_mm(self.job.workpiece, self.planned.part, self.planned.up, before);
-        if !self.job.workpiece.model.in_place().contains(&self.planned.part) {
+        if !self.job.workpiece.model.is_in_place(self.planned.part) {
             self.overlap_mm = self.job.profile.joint.overlap_mm;
         }
         for (level, share) in self.levels.iter_mut().zip([1.0, 0.5]) {

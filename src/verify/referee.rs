@@ -14,8 +14,8 @@
 use serde::Serialize;
 
 use super::evidence::{Check, Evidence};
-use super::report::{Finding, Findings, Report, Rule};
-use super::{ReplayJob, acts::Acts, balance, planned, prints, program, reading, table, walk};
+use super::report::{Report, Rule};
+use super::{ReplayJob, acts::Acts, balance, by, planned, prints, program, reading, report_of, table, walk};
 use crate::gcode::marks::{Role, mark, print_mark, slot_mark};
 use crate::gcode::{ParsedLine, lines};
 use crate::geom::{Bounds, Object, Vec3};
@@ -146,43 +146,23 @@ pub fn referee(bytes: &[u8], profile: &Profile) -> Result<Refereed, Unjudged> {
     let placement = Placement { origin_mm: [0.0; 3], turn_deg: 0.0 };
     let (workpiece, plan) = (Workpiece::place(&model, &placement), plan_of(&runs, &table, profile, placement));
     let (marked, added) = with_marks(&bytes, &runs, end, &table);
-    let (mut report, mut of_reading) =
-        judged([&marked, &bytes], &ReplayJob { profile, plan: &plan, workpiece: &workpiece });
-    let in_file = |line: u32| line - added.partition_point(|mark| *mark < line) as u32;
-    report.findings.iter_mut().for_each(|finding| finding.line = in_file(finding.line));
-    report.clearance_line = in_file(report.clearance_line);
-    if let Some(standing) = &mut report.standing {
-        standing.line = in_file(standing.line);
-    }
-    report.findings.append(&mut of_reading);
-    report.findings.sort_by_key(|finding| (finding.line, finding.rule));
-    // All lines are of one part here, and the file names none.
-    report.findings.iter_mut().for_each(|finding| finding.part = None);
-    Ok(Refereed { report, runs: runs.len(), not_judged: UNJUDGED.to_vec() })
-}
-
-/// The report on the program with its marks, whose lines it counts; and what the machine's firmware reads in another way, by the lines of the
-/// `plain` program.
-fn judged([bytes, plain]: [&[u8]; 2], job: &ReplayJob<'_>) -> (Report, Vec<Finding>) {
-    let planned = planned(job);
-    let trace = trace::read(bytes, &job.profile.trace_setting());
-    let printed = prints::gather(&trace, job, &planned);
-    let acts = Acts::new(&trace, job.profile, &printed);
-    let evidence = Evidence { bytes, trace: &trace, job, planned: &planned, printed: &printed, acts: &acts };
-    let mut report = Report::of_moves(trace.len(), trace.seconds);
-    let mut all = Findings::default();
-    for check in CHECKS {
-        let one = check(&evidence);
-        all.absorb(one.findings);
-        one.figures.state_in(&mut report);
-    }
-    let (mut of_reading, counts) = reading::check(&Evidence { bytes: plain, ..evidence }).findings.finish();
-    (report.findings, report.counts) = all.finish();
-    counts.into_iter().for_each(|(rule, count)| *report.counts.entry(rule).or_default() += count);
+    let mut trace = trace::read(&marked, &profile.trace_setting());
+    trace.renumber(|line| line - added.partition_point(|mark| *mark < line) as u32);
+    let job = ReplayJob { profile, plan: &plan, workpiece: &workpiece };
+    let planned = planned(&job);
+    let printed = prints::gather(&trace, &job, &planned);
+    let acts = Acts::new(&trace, profile, &printed);
+    let evidence =
+        Evidence { bytes: &marked, trace: &trace, job: &job, planned: &planned, printed: &printed, acts: &acts };
+    let mut checked = by(&CHECKS, &evidence);
+    // What a firmware makes of each line is asked of the lines as they are.
+    checked.push(reading::check(&Evidence { bytes: &bytes, ..evidence }));
+    let mut report = report_of(&trace, checked);
     report.counts.retain(|rule, _| JUDGED.contains(rule));
     report.findings.retain(|finding| JUDGED.contains(&finding.rule));
-    of_reading.retain(|finding| JUDGED.contains(&finding.rule));
-    (report, of_reading)
+    // The file names no parts.
+    report.findings.iter_mut().for_each(|finding| finding.part = None);
+    Ok(Refereed { report, runs: runs.len(), not_judged: UNJUDGED.to_vec() })
 }
 
 /// The program with our own comments made empty; its lines keep their numbers.

@@ -56,6 +56,9 @@ fn what_is_verified_by_its_plan_is_clean_without_it() {
             );
             assert_eq!(judged["runs"], json!(setups), "{name}");
             assert_eq!(report["moves"], with_plan["moves"], "{name}");
+            for line in ["longest_line", "wound_line", "torque_line"] {
+                assert_eq!(report["table"][line], with_plan["table"][line], "{name}: {line}");
+            }
             // Nothing is a stranger to anything, so that the nozzle counts against less than by the plan.
             let [free, by_plan] = [report, with_plan].map(|one| one["clearance_mm"].as_f64().unwrap());
             assert!(free > by_plan - 0.06, "{name}: {free} mm without the plan, {by_plan} mm with it");
