@@ -20,6 +20,7 @@ pub fn planned(made: &PlanResult) -> Value {
     let droop =
         |d: &PartDroop| json!({"part": d.part, "area_mm2": d.area_mm2, "droop_mm": d.droop_mm, "at_mm": d.at_mm});
     more["ways"] = ways(&made.ways);
+    more["captive"] = json!(made.plan.model.model.captive);
     more["droops"] = made.droops.iter().map(droop).collect();
     more["standing"] = made.standing.as_ref().map_or(Value::Null, |one| {
         json!({

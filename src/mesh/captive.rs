@@ -70,6 +70,29 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
     kept
 }
 
+/// For each of the `captive` parts the one that it is caught in: of those that stand, or are caught in one that does, the one whose box it shares
+/// most; in an order in which each comes behind what it is caught in. Boxes that are all apart tell of none.
+pub(super) fn catchers(parts: &[Part], captive: &[usize], standing: &[usize]) -> Vec<(usize, usize)> {
+    let bounds = |id: usize| parts[id].mesh.bounds().inflated(NEAR_MM / 2.0);
+    let shared_mm3 = |a: &Bounds, b: &Bounds| (a.max.inf(&b.max) - a.min.sup(&b.min)).iter().product::<f64>();
+    let (mut open, mut around, mut found) = (captive.to_vec(), standing.to_vec(), Vec::new());
+    loop {
+        let catcher = |id: usize| {
+            let own = bounds(id);
+            let near = around.iter().map(|&other| (other, bounds(other))).filter(|(_, other)| other.meets(&own));
+            let near = near.map(|(other, bounds)| (shared_mm3(&own, &bounds), other));
+            near.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))).map(|(_, other)| other)
+        };
+        let next: Vec<(usize, usize)> = open.iter().filter_map(|&id| Some((id, catcher(id)?))).collect();
+        if next.is_empty() {
+            return found;
+        }
+        around.extend(next.iter().map(|(id, _)| *id));
+        open.retain(|id| next.iter().all(|(other, _)| other != id));
+        found.extend(next);
+    }
+}
+
 /// The facets of others that are near enough to block `mesh`.
 fn nearby<'a>(
     mesh: &TriangleMesh<Object>,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hashbrown::{HashMap, HashSet};
 
-use super::captive::captive;
+use super::captive::{captive, catchers};
 use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
@@ -200,6 +200,16 @@ impl Model {
             }
         }
         body
+    }
+
+    /// The same where what is [captive](Self::captive) belongs to what stands around it: of several bodies to the one whose box it shares most.
+    /// For whoever asks whether things stand: what is caught cannot fall over, and rests on what caught it.
+    pub fn standing_bodies(&self) -> Vec<usize> {
+        let mut bodies = self.bodies();
+        for (id, other) in catchers(&self.parts, &self.captive, &self.on_table) {
+            bodies[id] = bodies[other];
+        }
+        bodies
     }
 
     /// By part, those that share a face with it.

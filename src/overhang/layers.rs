@@ -249,7 +249,11 @@ impl Stack {
     fn nearly_below(&self, i: usize) -> Region {
         let Some(others) = &self.others else { return Region::new() };
         let at = |layers: f64| enclosed(&others.segments_at(self.middle(Some(i)) - layers * self.rule.layer_mm));
-        [1.0, 2.0, 2.5 + NEAR_LAYERS].map(at).into_iter().reduce(|a, b| or(&a, &b)).unwrap_or_default()
+        [1.0, 2.0, OverhangRule::OTHERS_LAYERS + NEAR_LAYERS]
+            .map(at)
+            .into_iter()
+            .reduce(|a, b| or(&a, &b))
+            .unwrap_or_default()
     }
 
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.

@@ -98,6 +98,9 @@ pub struct OverhangRule {
 }
 
 impl OverhangRule {
+    /// What grows beside a part holds it from so many layers below, at most: two of air, and half a layer that a middle lies higher.
+    pub const OTHERS_LAYERS: f64 = 2.5;
+
     /// The steepest slope that is fine without end in layers of `layer_mm` and lines of `line_mm`.
     pub fn practised(layer_mm: f64, line_mm: f64) -> Angle {
         Angle::from_rad((FINE_WIDTHS * line_mm / layer_mm).atan())

@@ -13,7 +13,7 @@
 //!
 //! mm, grams, MPa (N/mm²), N mm. Source: statics; adhesion and the nozzle's push are those of PrusaSlicer's `SupportSpotsGenerator`.
 
-use super::plan::Plan;
+use super::plan::{Plan, Print};
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Machine, Rigid, Table, Vec3, convex_outline};
 use crate::mesh::TriangleMesh;
@@ -190,7 +190,7 @@ pub fn standing(
     profile: &Profile,
     feet: &[(usize, Foot)],
 ) -> Option<WorstStanding> {
-    let (body, kinematics) = (workpiece.model.bodies(), profile.kinematics());
+    let (body, kinematics) = (workpiece.model.standing_bodies(), profile.kinematics());
     let layer_mm = profile.process.layer_height_mm;
     let parts: Vec<(Weight, Foot, Vec<Vec3>)> =
         workpiece.parts.iter().map(|part| (weight(part), foot(part, layer_mm), corners(part))).collect();
@@ -199,8 +199,11 @@ pub fn standing(
     let untold = plan.prints().filter(|(_, print)| print.supports.is_some() && own_feet(print.part).is_none());
     let untold: Vec<usize> = untold.map(|(_, print)| body[print.part]).collect();
     let mut worst: Option<WorstStanding> = None;
+    // What is caught grows with what caught it, and adds to that.
+    let is_captive = |print: &&Print| workpiece.model.captive.contains(&print.part);
     for slot in &plan.slots {
-        for print in &slot.prints {
+        let (caught, free): (Vec<&Print>, Vec<&Print>) = slot.prints.iter().partition(is_captive);
+        for print in free.into_iter().chain(caught) {
             let (part, of) = (print.part, body[print.part]);
             if untold.contains(&of) {
                 continue;

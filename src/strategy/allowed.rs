@@ -3,7 +3,7 @@
 use super::cutting::Cutting;
 use super::plan::Supporting;
 use super::price::Way;
-use super::supported::Holding;
+use super::supported::Holdings;
 use super::ways::TriedWay;
 
 /// What may be done with a model beside printing it as it was drawn.
@@ -18,7 +18,7 @@ pub struct WaysOut {
     /// The only way that is wanted.
     pub only: Option<Way>,
     /// What supports hold.
-    pub holding: Holding,
+    pub holdings: Holdings,
     /// Ways that came to nothing, and are not tried again.
     pub lost: Vec<TriedWay>,
 }
@@ -30,7 +30,7 @@ impl WaysOut {
         supporting: Supporting::Never,
         turning: false,
         only: None,
-        holding: Holding::Usual,
+        holdings: Holdings::USUAL,
         lost: Vec::new(),
     };
 

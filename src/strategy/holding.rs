@@ -50,23 +50,42 @@ pub(crate) enum LayError {
 
 /// A part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
 pub(crate) struct HeldMesh {
-    /// The part.
+    /// The part, z from the table.
     pub(crate) slot: SlotMesh,
-    /// The parts that grow beside it, near enough to be in its supports' way, or to carry them; slot frame.
+    /// The parts that grow beside it, near enough to be in its supports' way; slot frame. First those that may carry them.
     others: Vec<TriangleMesh<Slot>>,
+    /// So many of these may.
+    carrying: usize,
 }
 
 impl HeldMesh {
     /// The part of a print of `plan`.
     pub(crate) fn of(plan: &Plan, workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Print) -> Self {
-        let slot = slot_mesh(workpiece, table, print, CENTRE_MM);
+        let slot = slot_mesh(workpiece, table, print, CENTRE_MM).above_table();
         let setup = plan.setup_of(print.part);
         let motion = table.forward(print.pose(table));
         let to_slot = Rigid::<Machine, Slot>::new(Mat3::identity(), -slot.to_machine);
         let near = slot.mesh.bounds().inflated(NEAR_MM);
-        let others = setup.iter().filter(|one| one.part != print.part);
-        let others = others.map(|one| workpiece.parts[one.part].moved(&motion).moved(&to_slot));
-        Self { others: others.filter(|mesh| mesh.bounds().meets(&near)).collect(), slot }
+        let is_captive = |part: &usize| workpiece.model.captive.contains(part);
+        let others = setup.iter().map(|one| one.part).filter(|part| *part != print.part);
+        let (caught, free): (Vec<usize>, Vec<usize>) =
+            others.partition(|part| is_captive(part) || is_captive(&print.part));
+        let placed = |parts: Vec<usize>| -> Vec<TriangleMesh<Slot>> {
+            let placed = parts.into_iter().map(|part| workpiece.parts[part].moved(&motion).moved(&to_slot));
+            placed.filter(|mesh| mesh.bounds().meets(&near)).collect()
+        };
+        let mut others = placed(free);
+        let carrying = others.len();
+        others.extend(placed(caught));
+        Self { slot, others, carrying }
+    }
+
+    /// The tops of its layers, where each is `layer_mm` high; from the table on.
+    pub(crate) fn tops(&self, layer_mm: f64) -> Vec<f64> {
+        let bounds = self.slot.mesh.bounds();
+        let raised_mm = self.slot.raised_mm;
+        let own = even_tops(layer_mm, bounds.max.z - raised_mm);
+        from_the_table(&own.into_iter().map(|top| top + raised_mm).collect::<Vec<_>>(), raised_mm, layer_mm)
     }
 
     /// Whether a facet lies on the table.
@@ -91,7 +110,8 @@ impl HeldMesh {
     pub(crate) fn cuts(&self, keels: &Keels, tops: &[f64], gap_mm: f64, process: &SliceSettings) -> Cuts {
         let line_mm = process.line_width_mm;
         let clear = Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm };
-        Cuts::of(&Around { meshes: &self.all(), keels }, spans(tops), Clearance { line_mm, gap_mm, clear })
+        let around = Around { meshes: &self.all(), carrying: 1 + self.carrying, keels };
+        Cuts::of(&around, spans(tops), Clearance { line_mm, gap_mm, clear })
     }
 
     /// The part and what grows beside it.
@@ -186,7 +206,7 @@ impl Laid {
     }
 }
 
-/// What says of a part that stands on the table, and begins in the air at such heights, what would be laid on nothing.
+/// What says of a part that begins in the air at such heights what would be laid on nothing.
 pub(crate) fn judge(held: &HeldMesh, rule: &OverhangRule, begins_mm: &[f64]) -> LayerJudge {
     let mesh = &held.slot.mesh;
     let lies = |facet: usize| held.lies(facet);
@@ -194,7 +214,8 @@ pub(crate) fn judge(held: &HeldMesh, rule: &OverhangRule, begins_mm: &[f64]) -> 
     let footings = vec![Footing { own, below: Vec::new() }];
     let begins_mm = begins_mm.to_vec();
     let others = (!held.others.is_empty()).then(|| Arc::new(TriangleMesh::joined(held.others.iter())));
-    let ground = Ground { footings, table: true, begins_mm, others, ..Ground::default() };
+    let table = held.slot.raised_mm == 0.0;
+    let ground = Ground { footings, table, begins_mm, others, ..Ground::default() };
     LayerJudge::of_what_is_laid(mesh, &Vec3::z(), &ground, lies, rule)
 }
 
@@ -272,7 +293,7 @@ fn with_props(
     }
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
-    let tops = even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z);
+    let tops = held.tops(process.layer_height_mm);
     let rule = rule(supports, process);
     let keels = held.keels(&rule, &tops, &held.begins_mm(&rule));
     laid.prop(&held.cuts(&keels, &tops, supports.gap_mm, process), supports);
@@ -305,17 +326,23 @@ fn with_props(
 }
 
 /// The tops of layers of `layer_mm` up to `height_mm`.
-pub(crate) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {
+fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {
     let count = (height_mm / layer_mm).round().max(1.0) as usize;
     (1..=count).map(|k| k as f64 * layer_mm).collect()
 }
 
-/// The layers of a part, and below its first one more: a part that stands on a point begins where it is as wide as a line.
-fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
-    let first = tops.first().copied().unwrap_or(layer_mm);
+/// A layer on the table is no thinner than this, in layers, and thinner than one more.
+const THINNEST_FIRST: f64 = 0.7;
+
+/// The layers of a part whose lowest point is `raised_mm` above the table, and below its first one more: down to the lowest point of what begins
+/// where it is as wide as a line, and from there whole layers to the first one on the table, which is what is left.
+fn from_the_table(tops: &[f64], raised_mm: f64, layer_mm: f64) -> Vec<f64> {
+    let first = tops.first().copied().unwrap_or(raised_mm + layer_mm) - raised_mm;
     let count = (first / layer_mm).round().max(1.0);
-    let below = (1..count as usize).map(|k| first * k as f64 / count);
-    below.chain(tops.iter().copied()).collect()
+    let own = (1..count as usize).map(|k| raised_mm + first * k as f64 / count);
+    let whole = (raised_mm / layer_mm - THINNEST_FIRST + SAME_MM).floor().max(0.0) as usize;
+    let down = (0..=whole).rev().map(|k| raised_mm - k as f64 * layer_mm).filter(|_| raised_mm > 0.0);
+    down.chain(own).chain(tops.iter().copied()).collect()
 }
 
 /// The supports of `print` as G-code like a slicer's, at the layers of what was `sliced` for it.
@@ -329,17 +356,18 @@ fn sliced_supports(
     let Some(supports) = &print.supports else { return Ok(Vec::new()) };
     let process = &plan.machine.profile.process;
     let held = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
-    let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z).collect();
+    let raised_mm = held.slot.raised_mm;
+    let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z + raised_mm).collect();
     tops.sort_by(f64::total_cmp);
     tops.dedup_by(|a, b| *a - *b < SAME_MM);
-    let tops = from_the_table(&tops, process.layer_height_mm);
+    let tops = from_the_table(&tops, raised_mm, process.layer_height_mm);
     let rule = rule(supports, process);
     let mut keels = held.keels(&rule, &tops, &held.begins_mm(&rule));
     if !keels.is_empty() {
         let here = |p: [f64; 2]| [0, 1].map(|i| p[i] - centre_mm[i] + CENTRE_MM[i]);
         for (layer, mut lines) in sliced.layers.iter().zip(sliced.lines_by_layer()?) {
             lines.iter_mut().for_each(|line| *line = line.map(here));
-            keels.laid(tops.partition_point(|top| *top < layer.z - SAME_MM), &lines);
+            keels.laid(tops.partition_point(|top| *top < layer.z + raised_mm - SAME_MM), &lines);
         }
     }
     let laid = Laid::below(&held, &held.cuts(&keels, &tops, supports.gap_mm, process), supports, process)?;

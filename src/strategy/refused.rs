@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::price::WISH;
 use super::uncut::Uncut;
+use crate::geom::Vec3;
 use crate::input::BadSetting;
 use crate::overhang::Patch;
 use crate::planning::Infeasible;
@@ -48,6 +49,9 @@ pub enum Refused {
     /// Each solid has a plan by itself.
     #[error("each has a plan by itself, but not beside the others; place them farther apart (--gap)")]
     Beside,
+    /// The solids of a joint, each of which has a plan by itself.
+    #[error("the parts of a joint are printed in place, and none of them needs a cut")]
+    Jointed,
     /// No cut was made.
     #[error("nothing of it needs a cut")]
     Whole,
@@ -111,6 +115,19 @@ pub enum Refused {
         worst: Patch,
         /// What columns have no way to the table from, mm².
         bare_mm2: f64,
+    },
+    /// A captive part that hangs where no support could be taken out.
+    #[error(
+        "even with supports {area_mm2:.1} mm2 of it would be printed in mid-air, at Z {:.1} mm: it is captive, and a support on another part of the joint could not be taken out; leave at most {gap_mm:.1} mm of air below it, or turn the joint (--up)",
+        .at.z
+    )]
+    Captive {
+        /// All that hangs, mm².
+        area_mm2: f64,
+        /// Where most of it is; z from the table, mm.
+        at: Vec3,
+        /// So much air may be below it, mm.
+        gap_mm: f64,
     },
     /// Supports that the axes do not reach.
     #[error("its supports exceed the axis limits: {0}")]
@@ -184,6 +201,15 @@ impl Refused {
         Self::Part { part, why: Box::new(self) }
     }
 
+    /// How much air there may be below a captive part, mm, where it has more; and which part.
+    pub(super) fn joint_gap_mm(&self) -> Option<f64> {
+        match self {
+            Self::Captive { gap_mm, .. } => Some(*gap_mm),
+            Self::Part { why, .. } => why.joint_gap_mm(),
+            _ => None,
+        }
+    }
+
     /// What stands for it in documents, for good.
     pub fn code(&self) -> &'static str {
         match self {
@@ -192,7 +218,7 @@ impl Refused {
             Self::Failed { code, .. } => code,
             Self::Crowded(_) | Self::Beside => "way/too-near",
             Self::Several { .. } => "way/parts-touch",
-            Self::Whole => "way/nothing-to-cut",
+            Self::Whole | Self::Jointed => "way/nothing-to-cut",
             Self::Uncut(why) => why.code(),
             Self::Part { why, .. } => why.code(),
             Self::Turned { .. } => "way/no-pose",
@@ -202,6 +228,7 @@ impl Refused {
             Self::Roof { .. } => "way/roof-pitch",
             Self::Grid(_) => "way/grid",
             Self::StillHangs { .. } => "way/still-hangs",
+            Self::Captive { .. } => "way/captive",
             Self::Axes(_) | Self::BeyondTable { .. } => "way/supports-beyond-table",
             Self::Meet { .. } | Self::Within { .. } => "way/supports-meet-part",
             Self::Late { .. } => "way/supports-too-late",

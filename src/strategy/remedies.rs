@@ -12,6 +12,7 @@ use crate::input::{LoadedModel, LoadedProfile, MachineSource, load_profile};
 use crate::mesh::Model;
 use crate::planning::{Misplaced, Remedy, centred, support_by_hand};
 use crate::profile::SHIPPED;
+use crate::spelling::part_named;
 use crate::world::{Silent, World};
 
 /// Profiles that are nobody's machine begin so.
@@ -66,9 +67,18 @@ pub(super) fn not_what_failed(remedies: &mut Vec<Remedy>, tried: &[TriedWay], mo
         remedies.retain(|remedy| remedy.kind != "split");
     }
     if failed(Way::Supports) {
+        let gap_mm = tried.iter().find_map(|tried| tried.why_not.as_ref()?.joint_gap_mm());
         for remedy in remedies.iter_mut().filter(|remedy| remedy.kind == "support") {
             let part = remedy.amount as usize;
-            remedy.text = support_by_hand(part, &model.parts[part].name);
+            let name = &model.parts[part].name;
+            *remedy = match gap_mm {
+                // Nobody could take a support out of there.
+                Some(gap_mm) if model.captive.contains(&part) => {
+                    let text = format!("leave at most {gap_mm:.1} mm of air below {}", part_named(part, name));
+                    Remedy { kind: "joint", amount: gap_mm, text }
+                }
+                _ => Remedy { text: support_by_hand(part, name), ..remedy.clone() },
+            };
         }
     }
 }

@@ -213,7 +213,8 @@ impl Pieces {
         };
         pieces.cut = cut.into_iter().filter_map(of_shape).collect();
         if pieces.cut.is_empty() {
-            return Err(Refused::Beside);
+            let is_joint = !model.model.captive.is_empty();
+            return Err(if is_joint { Refused::Jointed } else { Refused::Beside });
         }
         Ok(pieces)
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::below::{Below, stand_alone};
 use super::error::StrategyError;
 use super::form::{PROP_STEPS_MM, STEPS_MM};
-use super::holding::{HeldMesh, Laid, even_tops, judge, support_solids};
+use super::holding::{HeldMesh, Laid, judge, support_solids};
 use super::plan::{Along, Finish, PlanOptions, PlanResult, planned_along};
 use super::refused::Refused;
 use super::solids::groups;
@@ -85,12 +85,53 @@ impl HeldModel {
 
 /// What supports hold of a part that has some.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Holding {
+enum Holding {
     /// What hangs, and what droops about it.
     #[default]
     Usual,
     /// Whatever droops, too.
     Firm,
+    /// The same, by supports as near to each other as there are.
+    Dense,
+}
+
+/// What supports hold, by part; as usual where nothing is said of it.
+#[derive(Clone, Debug, Default)]
+pub struct Holdings(Vec<(usize, Holding)>);
+
+impl Holdings {
+    /// All as usual.
+    pub const USUAL: Self = Self(Vec::new());
+
+    fn of(&self, part: usize) -> Holding {
+        self.0.iter().find(|(of, _)| *of == part).map_or(Holding::Usual, |(_, holding)| *holding)
+    }
+
+    /// Holds each of `parts` more firmly; whether that is possible of any.
+    pub(crate) fn firmer(&mut self, parts: &[usize]) -> bool {
+        let more: Vec<(usize, Holding)> =
+            parts.iter().filter_map(|&part| Some((part, self.of(part).firmer()?))).collect();
+        self.0.retain(|(of, _)| more.iter().all(|(part, _)| part != of));
+        self.0.extend(&more);
+        !more.is_empty()
+    }
+}
+
+impl Holding {
+    /// What holds more than this does.
+    fn firmer(self) -> Option<Self> {
+        match self {
+            Self::Usual => Some(Self::Firm),
+            Self::Firm => Some(Self::Dense),
+            Self::Dense => None,
+        }
+    }
+
+    /// Of distances between supports, the widest first, those that are tried.
+    fn of_steps(self, steps: &[f64]) -> &[f64] {
+        let from = if self == Self::Dense { steps.len().saturating_sub(1) } else { 0 };
+        &steps[from..]
+    }
 }
 
 /// Distance between the lines of a roof, in their widths, where nobody says otherwise.
@@ -121,7 +162,7 @@ pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
     options: &PlanOptions,
-    holding: Holding,
+    holdings: &Holdings,
     why: &Refused,
     world: &World<'_>,
 ) -> Result<(PlanResult, HeldModel), Refused> {
@@ -129,7 +170,8 @@ pub(super) fn on_supports(
     let named = |part: usize| part_named(part, &parts[part].name);
     let touching = groups(&model.model).iter().any(|group| group.len() > 1);
     let all: Vec<usize> = (0..parts.len()).collect();
-    let bases = if touching { &model.model.on_table } else { &all };
+    let in_place = model.model.in_place();
+    let bases = if touching { &in_place } else { &all };
     // What hangs of them is looked at below, with the supports there.
     let theirs = |part: &usize| bases.contains(part);
     let others = options.allow.iter().filter(|(part, _)| !theirs(part)).copied();
@@ -148,7 +190,7 @@ pub(super) fn on_supports(
     let mut attempts = Vec::new();
     for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
         let about = |why: Refused| if parts.len() > 1 { why.of_part(named(print.part)) } else { why };
-        attempts.extend(Attempt::best(&plan.plan, print, options, holding).map_err(about)?);
+        attempts.extend(Attempt::best(&plan.plan, print, options, holdings.of(print.part)).map_err(about)?);
     }
     if attempts.is_empty() {
         if touching {
@@ -221,13 +263,15 @@ impl Attempt {
         }
         let places = match holding {
             Holding::Usual => places,
-            Holding::Firm => judge.judged_strictly(&SupportLines::default()).places,
+            Holding::Firm | Holding::Dense => judge.judged_strictly(&SupportLines::default()).places,
         };
         let bare = Hanging { contact_mm2: area_of(&bare), places };
         // Whoever wants a roof has one below what columns hold.
-        let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
-        let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
-        let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
+        let [steps, sheets] = [&STEPS_MM, &PROP_STEPS_MM].map(|all| holding.of_steps(all).to_vec());
+        let of_grid = steps.len();
+        let sheets = sheets.into_iter().map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
+        let forms = steps.into_iter().map(of_step).chain(sheets.filter(|_| roof.is_none()));
+        let tops = mesh.tops(process.layer_height_mm);
         let cuts = mesh.cuts(&mesh.keels(&rule, &tops, &begins_mm), &tops, gap_mm, process);
         let columns = |supports: PrintSupports| {
             let laid = Laid::columns(&mesh, &cuts, &supports, process);
@@ -237,12 +281,14 @@ impl Attempt {
             forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
         let hanging = HangingPart { mesh: &mesh, cuts: &cuts, bare: &bare, judge: &judge, rule: &rule };
         let of = |(supports, columns): &(PrintSupports, Laid)| Self::of(plan, print, &hanging, supports, columns);
-        Self::cheapest(&forms, of).map(Some)
+        Self::cheapest(&forms, of_grid, of).map(Some)
     }
 
-    /// That of the least filament of what `of` makes of some kinds of supports and their columns; else why the finest does not do.
+    /// That of the least filament of what `of` makes of some kinds of supports and their columns, the first `of_grid` of these in grids; else why the
+    /// finest does not do.
     fn cheapest(
         forms: &[Result<(PrintSupports, Laid), Refused>],
+        of_grid: usize,
         of: impl Fn(&(PrintSupports, Laid)) -> Result<Self, Refused> + Sync,
     ) -> Result<Self, Refused> {
         // Props only add to columns: what these cost alone is the least, and what costs more than another is not looked at.
@@ -255,7 +301,7 @@ impl Attempt {
         order.sort_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         // Where the cheapest do not do, the finest of either kind say whether any does.
         let (cheap, rest) = order.split_at(AT_ONCE.min(order.len()));
-        let is_finest = |form: &usize| [STEPS_MM.len() - 1, forms.len() - 1].contains(form);
+        let is_finest = |form: &usize| [of_grid - 1, forms.len() - 1].contains(form);
         let (finest, others): (Vec<_>, Vec<_>) = rest.iter().partition(|(form, _)| is_finest(form));
         let order: Vec<(usize, (f64, f64))> = cheap.iter().copied().chain(finest).chain(others).collect();
         let mut best: Option<((f64, f64), Self)> = None;
@@ -303,7 +349,8 @@ impl Attempt {
         for round in 0..ROUNDS {
             let asked = |left: &Judged, counts: &dyn Fn(&HangingBox) -> bool| -> Vec<PropPlace> {
                 let all = left.places.iter().filter(|place| counts(place));
-                let all = all.map(|place| prop_place(place, process.layer_height_mm, round > 0));
+                let layers = [mesh.slot.raised_mm, process.layer_height_mm];
+                let all = all.map(|place| prop_place(place, layers, round > 0));
                 all.filter(|one| !supports.props.contains(one)).collect()
             };
             let held = laid.held(&supports, rule);
@@ -322,6 +369,10 @@ impl Attempt {
         let left = left.unwrap_or_else(|| judge.judged(&laid.held(&supports, rule))).hangs;
         if let Some(patch) = left.first() {
             let bare_mm2 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
+            if mesh.slot.raised_mm > 0.0 {
+                let gap_mm = OverhangRule::OTHERS_LAYERS * process.layer_height_mm;
+                return Err(Refused::Captive { area_mm2: area_of(&left), at: patch.at, gap_mm });
+            }
             return Err(Refused::StillHangs { area_mm2: area_of(&left), worst: *patch, bare_mm2 });
         }
         let (contact_mm2, to_machine) = (bare.contact_mm2, mesh.slot.to_machine);
@@ -422,11 +473,11 @@ impl Hanging {
     }
 }
 
-/// The box of a place in whole digits, and no smaller than it is.
-fn prop_place(place: &HangingBox, layer_mm: f64, middle: bool) -> PropPlace {
+/// The box of a place in whole digits, and no smaller than it is; the part's layers begin at `from_mm`.
+fn prop_place(place: &HangingBox, [from_mm, layer_mm]: [f64; 2], middle: bool) -> PropPlace {
     let digits = |v: f64, to: fn(f64) -> f64| to(v / PLACE_MM) * PLACE_MM;
     let [low, high] = place.within_mm;
-    let under_mm = (place.under_mm / layer_mm).round() * layer_mm;
+    let under_mm = from_mm + ((place.under_mm - from_mm) / layer_mm).round() * layer_mm;
     PropPlace {
         middle,
         under_mm: round_to(under_mm, 4),

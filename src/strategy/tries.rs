@@ -241,7 +241,7 @@ impl Tries<'_> {
             }
         }
         if self.found.is_empty() && self.allowed(Way::TurnedSupports) && turned {
-            match on_supports(&set.model, self.models.machine, &quiet, self.ways.holding, why, &silent) {
+            match on_supports(&set.model, self.models.machine, &quiet, &self.ways.holdings, why, &silent) {
                 Ok((_, held)) if held.parts.is_empty() => {}
                 Ok((plan, held)) => {
                     self.find(Way::TurnedSupports, plan.of_arranged(set.arranged), None, Some(held));
@@ -374,7 +374,7 @@ impl Tries<'_> {
         let held = |pose: &Priced| {
             let set = turned(self.models, pose.up.into(), silent)?;
             let (plan, held) =
-                on_supports(&set.model, self.models.machine, self.options, self.ways.holding, why, silent)?;
+                on_supports(&set.model, self.models.machine, self.options, &self.ways.holdings, why, silent)?;
             // Nobody asked for a pose in which it does not stand by itself: supports have to hold it there.
             match plan.pushed_over().filter(|_| !pose.stands) {
                 Some(no) => Err(Refused::NoPlan(no)),
@@ -403,8 +403,8 @@ impl Tries<'_> {
             return;
         }
         let held = self.first_of(|set| {
-            let (machine, holding) = (self.models.machine, self.ways.holding);
-            let (plan, held) = on_supports(&set.model, machine, self.options, holding, why, self.world)?;
+            let (machine, holdings) = (self.models.machine, &self.ways.holdings);
+            let (plan, held) = on_supports(&set.model, machine, self.options, holdings, why, self.world)?;
             Ok((plan.of_arranged(set.arranged.clone()), held))
         });
         match held {

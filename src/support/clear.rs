@@ -29,6 +29,8 @@ pub(super) const BESIDE_LINES_MM: f64 = 0.08;
 pub struct Around<'a> {
     /// The part that they hold, and what grows beside it.
     pub meshes: &'a [&'a TriangleMesh<Slot>],
+    /// So many of these, the first ones, may carry them; from the gap of a joint nobody could take them out.
+    pub carrying: usize,
     /// What of the part nobody lays: they may reach through it.
     pub keels: &'a Keels,
 }
@@ -47,6 +49,7 @@ pub struct Clearance {
 /// What supports keep clear of, layer by layer, each cut where it is asked for first: supports of several kinds share it.
 pub struct Cuts {
     sections: Vec<Sections>,
+    carrying: usize,
     keels: Keels,
     layers: Vec<[f64; 2]>,
     pub(super) how: Clearance,
@@ -64,7 +67,8 @@ impl Cuts {
     pub fn of(around: &Around<'_>, layers: Vec<[f64; 2]>, how: Clearance) -> Self {
         let sections = around.meshes.iter().map(|mesh| Sections::of(mesh)).collect();
         let [own, lower] = [0, 1].map(|_| std::iter::repeat_with(OnceLock::new).take(layers.len()).collect());
-        Self { sections, keels: around.keels.clone(), layers, how, own, lower }
+        let (carrying, keels) = (around.carrying.min(around.meshes.len()), around.keels.clone());
+        Self { sections, carrying, keels, layers, how, own, lower }
     }
 
     /// The layers.
@@ -102,7 +106,7 @@ impl Cuts {
 
     /// What it has in the layers below layer `k` that carry a line there.
     pub(super) fn under(&self, k: usize) -> Vec<&[Section]> {
-        (k.saturating_sub(CARRYING_LAYERS)..k).map(|k| self.layer(k)).collect()
+        (k.saturating_sub(CARRYING_LAYERS)..k).map(|k| &self.layer(k)[..self.carrying]).collect()
     }
 
     /// The layers that begin less than the gap above the top of layer `k`.

@@ -179,7 +179,7 @@ mod tests {
         spans: Vec<[f64; 2]>,
         pitch_mm: f64,
     ) {
-        let around = Around { meshes, keels: &Keels::default() };
+        let around = Around { meshes, carrying: meshes.len(), keels: &Keels::default() };
         super::propped(layers, props, &Cuts::of(&around, spans, HOW), pitch_mm);
     }
 

@@ -21,6 +21,21 @@ pub struct SlotMesh {
     pub to_machine: Vec3,
     /// Whether it stands on the table.
     pub on_table: bool,
+    /// How far above the table its lowest point is, where it is printed upright and in place without standing there; mm.
+    pub raised_mm: f64,
+}
+
+impl SlotMesh {
+    /// As its supports know it: z counts from the table, on which they stand.
+    #[must_use]
+    pub fn above_table(mut self) -> Self {
+        if self.raised_mm > 0.0 {
+            let up = Vec3::new(0.0, 0.0, self.raised_mm);
+            self.mesh = self.mesh.moved(&Rigid::<Slot, Slot>::shift(up));
+            self.to_machine -= up;
+        }
+        self
+    }
 }
 
 /// The mesh of `print`, its box centred on `centre_mm` of the slicer's bed.
@@ -33,10 +48,12 @@ pub fn slot_mesh(workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Pri
     let export = Vec3::new(centre_mm[0] - centre.x, centre_mm[1] - centre.y, -bounds.min.z);
     let to_machine = (motion.translation - export).map(|v| round_to(v, 3));
     let upright = motion.rotation[(2, 2)] > 1.0 - 1e-9;
+    let captive = upright && workpiece.model.captive.contains(&print.part);
     SlotMesh {
         mesh: turned.moved(&Rigid::<Slot, Slot>::shift(export)),
         to_machine,
         on_table: upright && workpiece.model.on_table.contains(&print.part),
+        raised_mm: if captive { round_to(to_machine.z - motion.translation.z, 3) } else { 0.0 },
     }
 }
 

@@ -110,7 +110,7 @@ fn entries<'a>(
         if let Some(number) = job.plan.supports_of(index) {
             let missing = || RewriteError::Missing { print: number, slot, part: print.part };
             let input = inputs.iter().find(|i| i.print == number).ok_or_else(missing)?;
-            let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
+            let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm).above_table();
             entries.push(Entry { input, print, slot, mesh, joint: Joint::default(), holds: true });
         }
         let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);

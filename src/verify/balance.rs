@@ -1,8 +1,9 @@
 //! Rule `standing`: what is printed stays standing at every pose that the table takes, by the lines that the file itself has laid.
 //!
-//! Each body, parts that hang together with their supports, is weighed by its lines' filament; it sticks where lines of its first layer lie on
-//! the table, and is pressed against it there and below its supports. Asked whenever the table stands at a new pose, and once more before it leaves
-//! it, with the nozzle pushing anywhere that it has printed. On a level table only the figure is told: what leans there does so in every printer.
+//! Each body, parts that hang together and what is caught in them, with their supports, is weighed by its lines' filament; it sticks where
+//! lines of its first layer lie on the table, and is pressed against it there and below its supports. Asked whenever the table stands at a
+//! new pose, and once more before it leaves it, with the nozzle pushing anywhere that it has printed. On a level table only the figure is
+//! told: what leans there does so in every printer.
 
 use std::f64::consts::PI;
 
@@ -51,7 +52,7 @@ struct Pose {
 /// Asks of every state of the program whether all stands; states where it stands worst.
 pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Checked {
     let mut findings = Findings::default();
-    let body = job.workpiece.model.bodies();
+    let body = job.workpiece.model.standing_bodies();
     let (kinematics, process) = (job.profile.kinematics(), &job.profile.process);
     let mut balance = Balance {
         planned,

@@ -1,5 +1,5 @@
 //! Joints that are printed in place, of the kinds that people draw, from one file to a verified one: parts stay apart by the gap as it was drawn, in the
-//! lines of the file as well, or the refusal says which part is caught and what to do.
+//! lines of the file as well, what hangs of a captive part stands on the table, or the refusal says which part is caught and what to do.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn cell(gap: f64) -> [Shape; 2] {
     [block(inner, inner, inner).at(4.0, 4.0, 2.0 + gap), hull]
 }
 
-/// An axle that lies in the bore of a block, as long as the block is, and longer.
+/// An axle that lies in the bore of a block, and whose ends stand out of it by 5 mm.
 fn axle(gap: f64) -> [Shape; 2] {
     let lying = |radius: f64, length: f64| rod(radius, length, 48).at(0.0, 0.0, -length / 2.0).about_y(90.0);
     let hull = block(20.0, 20.0, 12.0).at(-10.0, -10.0, 0.0).less(&lying(4.0 + gap, 60.0).at(0.0, 0.0, 6.0));
@@ -42,20 +42,40 @@ fn ball_in_socket(gap: f64) -> [Shape; 2] {
     [inner, socket]
 }
 
+/// A link of a chain that lies in one that stands, and reaches far beyond it.
+fn chain(gap: f64) -> [Shape; 2] {
+    let link = || block(24.0, 14.0, 4.0).less(&block(16.0, 6.0, 6.0).at(4.0, 4.0, -1.0));
+    let lies = link().at(16.0 - gap, -7.0, 4.0 + gap);
+    let stands = block(24.0, 4.0, 14.0).less(&block(16.0, 6.0, 6.0).at(4.0, -1.0, 4.0)).at(0.0, -2.0, 0.0);
+    [lies, stands]
+}
+
+/// Where what is captive is.
+#[derive(Clone, Copy, PartialEq)]
+enum Lies {
+    /// On the table: it is not captive, since it stands.
+    OnTable,
+    /// On what is around it.
+    InJoint,
+    /// On supports that stand on the table, with some of it.
+    OnSupports,
+}
+
 struct Kind {
     name: &'static str,
     of: fn(f64) -> [Shape; 2],
-    /// The first part stands on nothing.
-    floats: bool,
+    /// The first part.
+    lies: Lies,
     /// From this gap on the part that floats is too high above the other one.
     refused_from: f64,
 }
 
-const KINDS: [Kind; 4] = [
-    Kind { name: "cell", of: cell, floats: true, refused_from: 0.45 },
-    Kind { name: "axle", of: axle, floats: true, refused_from: f64::INFINITY },
-    Kind { name: "bearing", of: bearing_on_edge, floats: true, refused_from: f64::INFINITY },
-    Kind { name: "ball", of: ball_in_socket, floats: false, refused_from: f64::INFINITY },
+const KINDS: [Kind; 5] = [
+    Kind { name: "cell", of: cell, lies: Lies::InJoint, refused_from: 0.45 },
+    Kind { name: "axle", of: axle, lies: Lies::OnSupports, refused_from: f64::INFINITY },
+    Kind { name: "bearing", of: bearing_on_edge, lies: Lies::InJoint, refused_from: f64::INFINITY },
+    Kind { name: "ball", of: ball_in_socket, lies: Lies::OnTable, refused_from: f64::INFINITY },
+    Kind { name: "chain", of: chain, lies: Lies::OnSupports, refused_from: f64::INFINITY },
 ];
 
 fn written(folder: &Path, name: &str, shapes: &[Shape]) {
@@ -75,14 +95,22 @@ fn what_is_caught_is_printed_in_place() {
             written(here, &file, &(kind.of)(gap));
             let inspected = trunnion().current_dir(here).args(["inspect", &file, "--json"]).output().unwrap();
             let model: Value = serde_json::from_slice(&inspected.stdout).unwrap();
-            let captive = if kind.floats { serde_json::json!([0]) } else { serde_json::json!([]) };
+            let captive = if kind.lies == Lies::OnTable { serde_json::json!([]) } else { serde_json::json!([0]) };
             assert_eq!((&model["captive"], &model["floating"]), (&captive, &serde_json::json!([])), "{name}: {model}");
             let args = ["prepare", &file, "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode", "--json"];
             let done = trunnion().current_dir(here).args(args).output().unwrap();
             if gap >= kind.refused_from {
                 assert!(!done.status.success() && !here.join("out.gcode").exists(), "{name}");
-                // By the plan, or, where supports were tried, by what verification finds of the lines.
-                assert!(said(&done).contains("mid-air"), "{name}: {}", said(&done));
+                let refused: Value = serde_json::from_slice(&done.stdout).unwrap();
+                let code_of = |way: &str| {
+                    let mut ways = refused["ways"].as_array().unwrap().iter();
+                    ways.find(|tried| tried["way"] == way).map(|tried| tried["code"].clone())
+                };
+                assert_eq!(code_of("supports"), Some("way/captive".into()), "{name}: {refused}");
+                let remedies: Vec<&Value> = refused["remedies"].as_array().unwrap().iter().collect();
+                let gap = remedies.iter().find(|one| one["kind"] == "joint").expect("what to draw otherwise");
+                assert!((gap["amount"].as_f64().unwrap() - 2.5 * LAYER_MM).abs() < 1e-9, "{gap}");
+                assert!(remedies.iter().all(|one| one["kind"] != "support"), "nobody could take it out: {remedies:?}");
                 continue;
             }
             assert!(done.status.success(), "{name}: {}", said(&done));
@@ -90,11 +118,19 @@ fn what_is_caught_is_printed_in_place() {
             assert!(!here.join("out.parts.3mf").exists(), "{name}");
             let document: Value = serde_json::from_slice(&done.stdout).unwrap();
             assert_eq!(document["plan"]["slots"].as_array().unwrap().len(), 1, "{name}");
+            assert_eq!(document["plan"]["captive"], captive, "{name}");
             let joints = document["verify"]["joints"].as_array().unwrap();
             let [joint] = &joints[..] else { panic!("{name}: {joints:?}") };
             assert_eq!(joint["parts"], serde_json::json!([0, 1]), "{name}");
             let told = joint["gap_mm"].as_f64().unwrap();
-            let measured = least_room(&fs::read_to_string(here.join("out.gcode")).unwrap());
+            let lines: Vec<Line> =
+                steps(&fs::read_to_string(here.join("out.gcode")).unwrap()).into_iter().filter_map(Line::of).collect();
+            let held = document["plan"]["slots"][0]["prints"][0].get("supports").is_some_and(|one| !one.is_null());
+            assert_eq!(held, kind.lies == Lies::OnSupports, "{name}");
+            if held {
+                all_stand_on_the_table(&lines, name.as_str());
+            }
+            let measured = least_room(&lines);
             assert!((told - measured).abs() < 0.03, "{name}: {told} mm told, {measured} mm measured");
             // Lines follow a curved wall up to a few hundredths; what is fused has no room at all.
             assert!(measured > gap - 0.06, "{name}: {measured} mm between the lines");
@@ -103,10 +139,24 @@ fn what_is_caught_is_printed_in_place() {
     }
 }
 
+/// Each line of the supports of the first print has another one just below it, down to the table: none of them is caught in the joint.
+fn all_stand_on_the_table(lines: &[Line], name: &str) {
+    let supports: Vec<&Line> = lines.iter().filter(|line| line.print == 2).collect();
+    let lowest = lines.iter().map(|line| line.z).fold(f64::INFINITY, f64::min);
+    assert!(supports.iter().any(|line| line.z > 5.0 * LAYER_MM), "{name}: no supports");
+    for line in supports.iter().filter(|line| line.z > lowest + LAYER_MM / 2.0) {
+        let middle = [0, 1].map(|i| f64::midpoint(line.from[i], line.to[i]));
+        let is_below = |under: &&&Line| (1e-3..1.5 * LAYER_MM).contains(&(line.z - under.z));
+        let below = supports.iter().filter(is_below).map(|under| distance(middle, under.from, under.to));
+        let room = below.fold(f64::INFINITY, f64::min);
+        assert!(room < line.width, "{name}: a support at Z {} has {room} mm to what is below", line.z);
+    }
+}
+
 /// The least room between the lines of two prints at one height, seen from above, mm: places along one against the lines of the other.
-fn least_room(gcode: &str) -> f64 {
-    let lines: Vec<Line> = steps(gcode).into_iter().filter_map(Line::of).collect();
-    let (one, other): (Vec<&Line>, Vec<&Line>) = lines.iter().partition(|line| line.print == 0);
+fn least_room(lines: &[Line]) -> f64 {
+    let parts = lines.iter().filter(|line| line.print < 2);
+    let (one, other): (Vec<&Line>, Vec<&Line>) = parts.partition(|line| line.print == 0);
     assert!(!one.is_empty() && !other.is_empty());
     let mut least = f64::INFINITY;
     for line in one {

@@ -10,7 +10,7 @@ use super::verify::Verified;
 use crate::input::{MachineSource, ModelSource, load_profile};
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
 use crate::strategy::{
-    Arrangement, CutModel, Cutting, HeldModel, Holding, PlanOptions, PlanResult, Refused, Supporting, TriedWay, WaysOut,
+    Arrangement, CutModel, Cutting, HeldModel, PlanOptions, PlanResult, Refused, Supporting, TriedWay, WaysOut,
 };
 use crate::strategy::{Models, PlannedSomehow, SetUp, Way, arranged, planned_somehow};
 use crate::toolpath::{Input, LabelledPrint, SlicedError};
@@ -198,27 +198,25 @@ impl Proving<'_> {
                 }
                 error => error,
             };
+            let loose = loose_parts(&error, somehow.held.as_ref());
             let error = first.unwrap_or(error);
             let (Some(lost), Some(why)) = (lost, why) else { return Err(of_tried(error, ways.lost)) };
             let this = lost.way.word();
-            let rejected = matches!(error, PrintError::Rejected(_));
             let lost = TriedWay { chosen: false, why_not: Some(why.clone()), ..lost };
             // What is laid badly on supports may be laid well on more of them.
-            let firmer = rejected && somehow.held.is_some() && ways.holding == Holding::Usual;
-            if firmer {
-                ways.holding = Holding::Firm;
-            } else {
-                ways.lost.push(lost.clone());
+            let anew = |ways: &WaysOut, seconds: &mut Seconds| {
+                let set = arranged(models, &World { progress: &Silent, ..*self.world }).ok()?;
+                self.planned(models, set, ways, seconds).ok()
+            };
+            let mut next = None;
+            while next.is_none() && ways.holdings.firmer(&loose) {
+                next = anew(&ways, seconds);
             }
-            let anew = |seconds: &mut Seconds| {
-                let set = arranged(models, &World { progress: &Silent, ..*self.world })?;
-                self.planned(models, set, &ways, seconds)
-            };
-            let next = if firmer {
-                anew(seconds).ok().or_else(|| somehow.otherwise(lost))
-            } else {
-                somehow.otherwise(lost).or_else(|| anew(seconds).ok())
-            };
+            let firmer = next.is_some();
+            let next = next.or_else(|| {
+                ways.lost.push(lost.clone());
+                somehow.otherwise(lost).or_else(|| anew(&ways, seconds))
+            });
             let Some(next) = next else {
                 return Err(of_tried(error, ways.lost));
             };
@@ -244,6 +242,15 @@ impl Proving<'_> {
         seconds.plan += (planning - orient).max(0.0);
         Ok(planned?)
     }
+}
+
+/// Of the parts on supports those that a rejected program has findings of; all of them where it names none.
+fn loose_parts(error: &PrintError, held: Option<&HeldModel>) -> Vec<usize> {
+    let PrintError::Rejected(no) = error else { return Vec::new() };
+    let all: Vec<usize> = held.iter().flat_map(|held| &held.parts).map(|held| held.part).collect();
+    let named = |part: &usize| no.report.findings.iter().any(|finding| finding.part == Some(*part));
+    let loose: Vec<usize> = all.iter().copied().filter(named).collect();
+    if loose.is_empty() { all } else { loose }
 }
 
 /// A program that was rejected, with the ways that were tried.

@@ -270,7 +270,7 @@ fn built(
     let (low, top) = (graph.grid.origin.z, meshes.iter().map(|mesh| mesh.bounds().max.z).fold(0.0, f64::max));
     let edge = |k: usize| low + k as f64 * layer_mm;
     let spans: Vec<[f64; 2]> = (0..((top - low) / layer_mm).ceil() as usize).map(|k| [edge(k), edge(k + 1)]).collect();
-    let cuts = Cuts::of(&Around { meshes, keels: &Keels::default() }, spans, clearance);
+    let cuts = Cuts::of(&Around { meshes, carrying: meshes.len(), keels: &Keels::default() }, spans, clearance);
     let sheets = sheets(&lines(graph, flow, &cuts, &Laying { on_part: false, roof }), wall_mm);
     Built {
         volume_mm3: sheets.mesh.volume(),

@@ -245,8 +245,16 @@ const STANDING_AS_FREE: f64 = 0.07;
 /// Support volumes nearer than this are the same, relative.
 const SAME_SUPPORT: f64 = 0.01;
 
+/// A pose that tips at less than this, degrees, gives way ..
+const UNSTEADY_DEG: f64 = 10.0;
+/// .. to one that costs so much more at most, relative, ..
+const STEADIER: f64 = 0.03;
+/// .. tips no more easily, and lies on so many times as much.
+const STEADIER_MM2: f64 = 3.0;
+
 /// The cheapest of those that stand by themselves, unless one that does not is cheaper still. Of those that tie the one that lies on
-/// the most, then the lowest, then the one of the best surface, then the one nearest to how the part lies.
+/// the most, then the lowest, then the one of the best surface, then the one nearest to how the part lies. What tips easily gives way
+/// to what costs hardly more and stands much better.
 fn best(poses: &[Priced]) -> Priced {
     let cheapest =
         |of: &dyn Fn(&&Priced) -> bool| poses.iter().filter(of).min_by(|a, b| a.price_min.total_cmp(&b.price_min));
@@ -264,5 +272,13 @@ fn best(poses: &[Priced]) -> Priced {
         let best = tied.iter().map(|p| figure(p)).fold(f64::INFINITY, f64::min);
         tied.retain(|p| figure(p) <= best + 1e-2 * best.abs());
     }
-    *tied[0]
+    let best = *tied[0];
+    let steadier = |p: &&Priced| {
+        best.tipping_deg < UNSTEADY_DEG
+            && p.stands
+            && p.price_min <= best.price_min * (1.0 + STEADIER)
+            && p.tipping_deg >= best.tipping_deg
+            && p.footprint_mm2 >= STEADIER_MM2 * best.footprint_mm2
+    };
+    cheapest(&steadier).copied().unwrap_or(best)
 }

@@ -16,6 +16,7 @@ use trunnion::orient::{Facets, Mass, Priced, Process, Recommendation, STANDS_DEG
 use crate::orient::meshes;
 use crate::orient_sample::anywhere;
 use crate::solids::{Mesh, lump};
+use crate::split::solids::{ball, rod};
 use crate::support::{Numbers, note};
 use rays::look;
 use shapes::shapes;
@@ -49,6 +50,18 @@ fn a_crowned_face_does_not_lean_the_axis() {
         let off = (turn * Vec3::z()).angle(&best.up).to_degrees();
         assert!(off < FLAT_DEG, "{crown} mm: {off} degrees off");
     }
+}
+
+/// A ball on two feet costs a little less where it lies on one of their sides, and falls over there.
+#[test]
+fn a_ball_on_two_feet_stands_on_them() {
+    let mut numbers = Numbers::seeded(18);
+    let foot = |x: f64| rod(4.0, 12.0, 32).at(x, 0.0, -1.0);
+    let body = ball(15.0, 32).at(0.0, 0.0, 20.0).and(&foot(6.0)).and(&foot(-6.0));
+    let (mesh, turn) = anyhow(&body.mesh(), &mut numbers);
+    let best = recommended(&mesh).recommended;
+    let off = (turn * Vec3::z()).angle(&best.up).to_degrees();
+    assert!(off < FLAT_DEG && best.footprint_mm2 > 90.0, "{off} degrees off: {best:?}");
 }
 
 /// A face that single precision leans by hundredths of a degree is drawn flat: the file's axis is recommended, to the bit.

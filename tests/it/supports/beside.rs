@@ -49,7 +49,7 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
         clear: Clear::Layers { beside_mm: RULER.line_mm / 2.0 },
     };
     let how = Laying { on_part: false, roof: None };
-    let around = Around { meshes: &all, keels: &Keels::default() };
+    let around = Around { meshes: &all, carrying: all.len(), keels: &Keels::default() };
     let laid = lines(&graph, &planned.flow, &Cuts::of(&around, spans, clearance), &how);
     let settings =
         SliceSettings { line_width_mm: RULER.line_mm, layer_height_mm: RULER.layer_mm, ..SliceSettings::default() };
