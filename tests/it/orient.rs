@@ -410,6 +410,33 @@ fn meshes_without_area_facets_or_measure_are_refused() {
     }
 }
 
+/// A bound far below the best value is none that helps anybody: it is not told, and that is said.
+#[test]
+fn a_loose_bound_is_not_shown() {
+    let hook = fixture("hook");
+    let (mut shown, mut none) = (0, 0);
+    for name in ["height", "staircase", "alexander", "support-volume", "support-volume-convex-smooth", "interface-area"]
+    {
+        let (code, out, said) = run(&[&hook, "--objective", name, "--budget", "400", "--json"]);
+        assert_eq!(code, 0, "{said}");
+        let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+        for result in document["parts"].as_array().unwrap().iter().map(|part| &part["results"][0]) {
+            let best = result["minima"][0]["value"].as_f64().unwrap();
+            match result["lower_bound"].as_f64() {
+                Some(bound) => {
+                    assert!(bound <= best + 1e-9 && best - bound <= 0.25 * best.abs() + 1e-6, "{name}: {result}")
+                }
+                None => assert!(!result["unproved"].as_str().unwrap().is_empty(), "{name}"),
+            }
+            (shown, none) = match result["lower_bound"].is_null() {
+                true => (shown, none + 1),
+                false => (shown + 1, none),
+            };
+        }
+    }
+    assert!(shown > 0 && none > 0, "{shown} shown, {none} not");
+}
+
 #[test]
 fn a_result_without_a_proof_says_why() {
     let cube = fixture("cube");

@@ -159,9 +159,15 @@ impl OrientAsked {
         let left = left(&found);
         let tried = Tried { least_mm2: self.contact_mm2, most: left };
         found = without_ties(found, f, facets, self.settings.layer_mm, tried);
-        let found = Found { lower_bound: found.lower_bound.filter(|bound| bound.is_finite()), ..found };
+        let reached = found.lower_bound.filter(|bound| bound.is_finite());
+        let best = found.minima[0].value;
+        let lower_bound = reached.filter(|bound| best - bound <= (LOOSE * best.abs()).max(tie));
+        let found = Found { lower_bound, ..found };
         let unproved = match (found.lower_bound, search.name()) {
             (Some(_), _) => None,
+            (None, "certified") if reached.is_some() => {
+                Some("the bound that was reached is more than a quarter below the best value".to_owned())
+            }
             (None, "certified") => Some(f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned())),
             (None, name) => Some(format!("{name} proves no bound; use --method certified")),
         };
@@ -171,6 +177,9 @@ impl OrientAsked {
         Ok(Oriented { objective, method, found, unproved, recommendation: None, finer, tie, seconds: 0.0 })
     }
 }
+
+/// A bound that is farther below the best value, relative, says nothing of it and is not told.
+const LOOSE: f64 = 0.25;
 
 /// A direction that the user gives.
 fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
