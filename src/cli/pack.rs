@@ -44,13 +44,16 @@ impl Verb {
         let options = PackOptions {
             gap_mm: self.gap,
             turn: self.turn.clone(),
+            goal: self.goal.clone(),
             fill: self.fill.clone(),
             method: self.method.clone(),
+            near: self.used_distance.zip(self.direction_distance).map(<[u32; 2]>::from),
             seconds: self.time,
+            inflate_mm: self.inflate,
             no_interlock: self.no_interlock,
             seed: self.seed,
         };
         let contents = self.boxes.as_ref().map_or_else(models, |boxes| Contents::Boxes(Source::from(boxes)));
-        Ok(PackRequest { contents, into: self.space.map_or_else(table, |space| PackInto::Space(space.0)), options })
+        Ok(PackRequest { contents, into: self.space.map_or_else(table, PackInto::Space), options })
     }
 }

@@ -4,17 +4,30 @@ use super::args::Split as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, PictureFile, SplitOptions, SplitRequest};
+use crate::job::{self, ConvexRequest, MachineSource, PictureFile, SplitOptions, SplitRequest};
 use crate::spelling::numbers;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let profile = profile_file(&args.machine.profile);
+    let word = args.profile.as_deref().filter(|_| !args.convex).unwrap_or_default();
+    let profile = profile_file(word);
     let mut outputs = outputs([args.model.model.as_path()].into_iter().chain(profile.as_deref()));
     let output = outputs.claim(&args.output)?;
     let viewed = PictureFile::claim("view", args.view.as_deref(), &mut outputs)?;
+    if args.convex {
+        let request = ConvexRequest { model: args.model.source()?, concavity_mm: args.concavity };
+        let done = job::convex(&request, &console.world())?;
+        output.write(&done.threemf())?;
+        viewed.map(|viewed| viewed.write(&done.view())).transpose()?;
+        if console.json() {
+            console.document(&document::convex(&done));
+        } else {
+            console.summary(&done.text(), true);
+        }
+        return Ok(());
+    }
     let request = SplitRequest {
         model: args.model.source()?,
-        machine: args.machine.source(),
+        machine: MachineSource::from(word),
         standing: args.up.unwrap_or_default(),
         options: args.options()?,
     };

@@ -55,7 +55,7 @@ pub use calibrated::{calibrated, measured, poses, tower};
 pub use certified::{certificate, is_certificate};
 pub use explained::explained;
 pub use failed::{exit_code, failed};
-pub use model::{inspected, split};
+pub use model::{convex, inspected, split};
 pub use oriented::{figures, orientations, oriented};
 pub use packed::packed;
 pub use planned::{no_plan, no_way, planned, sequences};

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::SplitResult;
+use crate::job::{ConvexResult, HullOfPiece, SplitResult};
 use crate::mesh::{Interface, Model, Neighbours, Part};
 use crate::split::{CutMade, CutPart, PatchLeft, Unsupported};
 
@@ -41,6 +41,21 @@ pub(super) fn apart(model: &Model) -> Vec<(usize, (usize, f64))> {
     }
     let neighbours = Neighbours::of(&model.parts);
     floating.into_iter().filter_map(|part| Some((part, neighbours.nearest(part)?))).collect()
+}
+
+/// `trunnion split --convex`: the pieces with the size of their hulls.
+pub fn convex(done: &ConvexResult) -> Value {
+    let piece = |piece: &HullOfPiece| {
+        let corners = piece.box_mm();
+        json!({
+            "name": piece.name, "part": piece.part, "facets": piece.facets, "concavity_mm": piece.concavity_mm,
+            "volume_mm3": piece.volume_mm3, "flat": piece.is_flat(), "box_mm": corners.each_ref().map(|p| p.as_slice()),
+        })
+    };
+    json!({
+        "pieces": done.pieces.iter().map(piece).collect::<Vec<_>>(),
+        "concavity_mm": done.concavity_mm, "model_volume_mm3": done.volume_mm3, "seconds": done.seconds,
+    })
 }
 
 /// `trunnion split`: planes, parts in the order of printing, what needs support before and after.

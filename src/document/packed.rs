@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{PackResult, Piece, Plate};
+use crate::job::{Coarsened, PackResult, Piece, Plate};
 use crate::pack::{Ended, PackGoal};
 
 /// `trunnion pack`. `origin_mm` is where the file's origin comes, or a box's low corner, turned by `turn_deg` about `axis`;
@@ -32,7 +32,11 @@ pub fn packed(done: &PackResult) -> Value {
     let mut all = json!({
         "plates": done.plates.iter().enumerate().map(plate).collect::<Vec<_>>(),
         "runs": done.plates.len(), "lower_bound": if done.goal == PackGoal::Runs { done.bound as u64 } else { 1 },
-        "goal": if done.goal == PackGoal::Runs { "runs" } else { "filling" },
+        "goal": match done.goal {
+            PackGoal::Runs => "runs",
+            PackGoal::Filling => "filling",
+            PackGoal::Height => "height",
+        },
         "ended": ended, "interrupted": done.interrupted(), "method": done.method,
         "space_mm": done.space_mm, "gap_mm": done.gap_mm, "clearance_mm": done.clearance_mm,
         "left_out": done.left_out.iter().map(left).collect::<Vec<_>>(), "seconds": done.seconds,
@@ -40,6 +44,13 @@ pub fn packed(done: &PackResult) -> Value {
     if done.goal == PackGoal::Filling {
         all["value"] = json!(done.value);
         all["value_upper_bound"] = json!(done.bound);
+    }
+    if let Some(Coarsened { facets, packed_facets, raised_mm }) = done.inflated {
+        all["inflated"] = json!({"facets": facets, "packed_facets": packed_facets, "raised_mm": raised_mm});
+    }
+    if done.goal == PackGoal::Height {
+        all["height_mm"] = json!(done.space_mm[2]);
+        all["height_lower_bound_mm"] = json!(done.bound);
     }
     all
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::job::{PackResult, SupportResult};
+use crate::job::{Coarsened, PackResult, SupportResult};
 use crate::pack::PackGoal;
 use crate::spelling::counted;
 
@@ -18,14 +18,25 @@ pub fn packed(done: &PackResult) -> String {
         let _ = writeln!(out);
     }
     let pieces: usize = done.plates.iter().map(|plate| plate.pieces.len()).sum();
+    let pieces = counted(pieces, "piece");
     let _ = match done.goal {
         PackGoal::Runs => {
-            writeln!(out, "{pieces} pieces in {} (lower bound: {})", counted(done.plates.len(), "run"), done.bound)
+            writeln!(out, "{pieces} in {} (lower bound: {})", counted(done.plates.len(), "run"), done.bound)
         }
         PackGoal::Filling => {
-            writeln!(out, "{pieces} pieces with a total value of {:.3} (upper bound: {:.3})", done.value, done.bound)
+            writeln!(out, "{pieces} with a total value of {:.3} (upper bound: {:.3})", done.value, done.bound)
+        }
+        PackGoal::Height => {
+            writeln!(out, "{pieces} in a height of {:.3} mm (lower bound: {:.3} mm)", done.space_mm[2], done.bound)
         }
     };
+    if let Some(coarse) = done.inflated {
+        let Coarsened { facets, packed_facets, raised_mm } = coarse;
+        let _ = writeln!(
+            out,
+            "packed with {packed_facets} facets instead of {facets}, raised by at most {raised_mm:.3} mm"
+        );
+    }
     for (name, count) in &done.left_out {
         let _ = writeln!(out, "left out: {count} of {name}");
     }

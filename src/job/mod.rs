@@ -93,8 +93,8 @@ pub use orient::{
     Compared, OrientError, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient,
 };
 pub use pack::{
-    BadPacking, Contents, Into as PackInto, MOST_PIECES, PackError, PackOptions, PackRequest, PackResult, Piece, Plate,
-    Plates, pack,
+    BadPacking, Coarsened, Contents, Into as PackInto, MOST_PIECES, PackError, PackOptions, PackRequest, PackResult,
+    PackSpace, Piece, Plate, Plates, pack,
 };
 pub use print::{
     LARGEST_BED_MM, MOST_LOOKED_AT, PlateEvent, PlateFolder, PoseShown, PrepareRequest, PrepareResult, PreviewRequest,
@@ -108,4 +108,7 @@ pub use send::{
     Answer, At, Desk, EndedPrint, Figures, Loaded, Operator, Rehearsal, SendError, SendOptions, SendRequest, Sending,
     SentPrint, Unattended, Wire, can_be_sent, desk, rehearse, resume, send, send_several,
 };
-pub use shape::{PictureFile, SupportOptions, SupportRequest, SupportResult, ThreeNumbers, is_3mf, support};
+pub use shape::{
+    ConvexRequest, ConvexResult, HullOfPiece, PictureFile, SupportOptions, SupportRequest, SupportResult, ThreeNumbers,
+    convex, is_3mf, support,
+};

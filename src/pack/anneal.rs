@@ -41,7 +41,8 @@ pub(super) fn annealed(solids: &[PackSolid], room: &Room, start: &[Put], seed: u
     let mut kept = scene.put();
     let all = scene.pieces.len() * MOVES;
     for step in 0..all {
-        if !watch.spend(STEPS_A_MOVE) || scene.pieces.iter().all(|piece| piece.inside) {
+        // A move among many facets takes long: the clock is asked at each.
+        if !watch.spend(STEPS_A_MOVE) || !watch.goes_on() || scene.pieces.iter().all(|piece| piece.inside) {
             break;
         }
         let cold = step as f64 / all as f64;

@@ -23,6 +23,8 @@ struct Shares {
 const MOST: usize = 24;
 /// Sums of lengths that are kept, at most.
 const MOST_SUMS: usize = 20_000;
+/// Boxes whose sums are looked at, at most.
+const MOST_SUMMED: usize = 500;
 /// Boxes times triples of functions that are looked at, at most.
 const MOST_WORK: usize = 4_000_000;
 
@@ -36,6 +38,31 @@ pub fn fewest_runs(instance: &Instance) -> usize {
         best = best.max(((sum + den - 1) / den) as usize);
     });
     best
+}
+
+/// The least height of one run that holds all boxes, units; of a drawn instance ([`Instance::drawn`]) whose z is a limit, with boxes that all fit.
+///
+/// A height is refuted where a box is higher however it may be turned, or where the boxes need a second run of that height. What is left is
+/// rounded up to a sum of the boxes' heights, where these are few: in a packing whose boxes have sunk, some stand on each other all the way up. 0
+/// without boxes, one more than the limit where that is refuted itself.
+pub fn least_height(instance: &Instance) -> i64 {
+    let sizes = instance.sizes();
+    let [.., limit] = instance.space;
+    let tallest = sizes.iter().filter_map(|turned| turned.iter().map(|size| size[2]).min()).max().unwrap_or(0);
+    let refuted = |height: i64| {
+        let [wide, deep, _] = instance.space;
+        fewest_runs(&Instance { space: [wide, deep, height], ..instance.clone() }) > 1
+    };
+    // All below `low` is refuted, `high` is not.
+    let (mut low, mut high) = (tallest, limit + 1);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if refuted(middle) { low = middle + 1 } else { high = middle }
+    }
+    match sums(&sizes, 2, limit) {
+        Some(sums) => sums[sums.partition_point(|&sum| sum < low)..].first().copied().unwrap_or(limit + 1),
+        None => low,
+    }
 }
 
 /// The most value that one run can hold; boxes that do not fit count nothing.
@@ -167,6 +194,21 @@ fn spread(all: Vec<i64>, count: usize) -> Vec<i64> {
 
 /// The longest sum of lengths along axis `k`, each box once and as turned in any way, that is at most `room`; `room` where sums are many.
 fn longest_sum(sizes: &[Vec<Triple>], k: usize, room: i64) -> i64 {
+    let longest = each_sum(sizes, k, room, |sums| sums.last() == Some(&room)).and_then(|sums| sums.last().copied());
+    // Without boxes nothing is divided by it.
+    longest.filter(|&sum| sum > 0).unwrap_or(room)
+}
+
+/// All sums of lengths along axis `k` that are at most `room`, from 0 up, each box once and as turned in any way; `None` where they are many.
+pub(super) fn sums(sizes: &[Vec<Triple>], k: usize, room: i64) -> Option<Vec<i64>> {
+    if sizes.len() > MOST_SUMMED {
+        return None;
+    }
+    each_sum(sizes, k, room, |_| false)
+}
+
+/// The sums; those so far where `enough` says so.
+fn each_sum(sizes: &[Vec<Triple>], k: usize, room: i64, enough: impl Fn(&[i64]) -> bool) -> Option<Vec<i64>> {
     let mut sums = vec![0_i64];
     for turned in sizes {
         let mut more: Vec<i64> =
@@ -176,12 +218,14 @@ fn longest_sum(sizes: &[Vec<Triple>], k: usize, room: i64) -> i64 {
         sums.extend(more);
         sums.sort_unstable();
         sums.dedup();
-        if sums.last() == Some(&room) || sums.len() > MOST_SUMS {
-            return room;
+        if enough(&sums) {
+            break;
+        }
+        if sums.len() > MOST_SUMS {
+            return None;
         }
     }
-    // Without boxes nothing is divided by it.
-    sums.last().copied().filter(|&sum| sum > 0).unwrap_or(room)
+    Some(sums)
 }
 
 #[cfg(test)]

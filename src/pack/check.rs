@@ -39,7 +39,7 @@ pub fn check(instance: &Instance, placed: &[Placed], all: bool) -> Result<(), Pa
         if std::mem::replace(known, true) {
             return Err(PackFault::Twice(p.item));
         }
-        if !instance.turns.sizes(instance.items[p.item].size).contains(&p.size) {
+        if !instance.turned(&instance.items[p.item]).contains(&p.size) {
             return Err(PackFault::Size(p.item));
         }
         if (0..3).any(|k| p.at[k] < 0 || p.at[k] + p.size[k] > instance.space[k]) {

@@ -20,7 +20,7 @@ struct Shape {
     boxes: Vec<(Triple, Triple)>,
 }
 
-/// All models in runs, or one run with what fits of them by falling value.
+/// All models in runs, or one run with what fits of them by falling value, or with all of them.
 pub(super) fn by_coverings(
     solids: &[PackSolid],
     room: &Room,
@@ -33,19 +33,19 @@ pub(super) fn by_coverings(
     let mut shapes: Vec<Vec<Shape>> = Vec::new();
     for solid in solids {
         let mut turned = Vec::new();
-        // To cover one takes long: who asks for an end is not kept waiting by the next.
         for turn in solid.turns(room.turns) {
             if !watch.goes_on() {
                 return None;
             }
-            turned.extend(Some(shape(solid, turn, gap, seed)).filter(|s| (0..3).all(|k| s.size[k] <= space[k])));
+            let shape = shape(solid, turn, gap, seed, watch)?;
+            turned.extend((0..3).all(|k| shape.size[k] <= space[k]).then_some(shape));
         }
         shapes.push(turned);
     }
     let mut order: Vec<(usize, usize)> =
         (0..solids.len()).flat_map(|model| (0..solids[model].copies).map(move |copy| (model, copy))).collect();
     let key = |(model, _): &(usize, usize)| match goal {
-        PackGoal::Runs => solids[*model].volume_mm3,
+        PackGoal::Runs | PackGoal::Height => solids[*model].volume_mm3,
         PackGoal::Filling => solids[*model].value / solids[*model].volume_mm3,
     };
     order.sort_by(|a, b| key(b).total_cmp(&key(a)).then(a.cmp(b)));
@@ -71,7 +71,7 @@ pub(super) fn by_coverings(
         if left.is_empty() || goal == PackGoal::Filling {
             break;
         }
-        if put.len() == before {
+        if put.len() == before || goal == PackGoal::Height {
             return None;
         }
         order = left;
@@ -79,17 +79,17 @@ pub(super) fn by_coverings(
     Some(put)
 }
 
-fn shape(solid: &PackSolid, turn: Mat3, gap: i64, seed: u64) -> Shape {
+fn shape(solid: &PackSolid, turn: Mat3, gap: i64, seed: u64, watch: &mut Watch<'_>) -> Option<Shape> {
     let facets = solid.turned(&turn);
     let bounds = solid.bounds(&turn);
     let up = |mm: f64| (mm * UNITS - 1e-3).ceil() as i64;
-    let boxes = covering(&facets, BOXES, seed).into_iter().map(|(at, size)| {
+    let boxes = covering(&facets, BOXES, seed, watch)?.into_iter().map(|(at, size)| {
         let low: Triple = at.map(|mm| (mm * UNITS + 1e-3).floor() as i64).into();
         let high: Triple = (at + size).map(up).into();
         (low, [0, 1, 2].map(|k| high[k] - low[k] + gap))
     });
     let size: Triple = bounds.size().map(up).into();
-    Shape { turn, low: bounds.min, size: size.map(|s| s + gap), boxes: boxes.collect() }
+    Some(Shape { turn, low: bounds.min, size: size.map(|s| s + gap), boxes: boxes.collect() })
 }
 
 fn plus(a: &Triple, b: &Triple) -> Triple {

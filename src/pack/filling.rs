@@ -41,14 +41,14 @@ pub(super) fn fullest(ready: &Ready, bound: f64, seed: u64, watch: &mut Watch<'_
 
 /// An order of the boxes, and which of them must be turned how ([`Ready::fill`]).
 #[derive(Clone)]
-struct Way {
+pub(super) struct Way {
     order: Vec<usize>,
     turns: Vec<u8>,
 }
 
 impl Way {
     /// By falling value, volume, value a volume, longest side.
-    fn first(ready: &Ready, which: usize) -> Self {
+    pub(super) fn first(ready: &Ready, which: usize) -> Self {
         let longest = |item: usize| ready.sizes[item].iter().flatten().copied().max().unwrap_or(0) as f64;
         let key = |item: usize| match which % 4 {
             0 => ready.values[item],
@@ -62,7 +62,7 @@ impl Way {
     }
 
     /// What the run then holds: first each box as it must be turned, then what is left as it fits.
-    fn value(&self, ready: &Ready, run: &mut Run, rule: Rule, watch: &mut Watch<'_>) -> f64 {
+    pub(super) fn value(&self, ready: &Ready, run: &mut Run, rule: Rule, watch: &mut Watch<'_>) -> f64 {
         run.clear();
         let mut left = self.order.clone();
         ready.fill(run, &mut left, &self.turns, rule, watch);
@@ -73,7 +73,7 @@ impl Way {
     }
 
     /// A box at another place of the order, or some in sequence turned another way.
-    fn changed(&self, ready: &Ready, numbers: &mut SplitMix64) -> Self {
+    pub(super) fn changed(&self, ready: &Ready, numbers: &mut SplitMix64) -> Self {
         let mut next = self.clone();
         let count = next.order.len();
         let at = numbers.below(count);

@@ -54,6 +54,8 @@ pub struct Item {
     pub size: Triple,
     /// What having it in a run is worth; looked at where a run is filled.
     pub value: f64,
+    /// Whether its own z stays upward: of the turns that are allowed only those about Z.
+    pub upright: bool,
 }
 
 /// Boxes and the space that each run has for them.
@@ -89,6 +91,8 @@ pub enum PackGoal {
     Runs,
     /// The most value in one run.
     Filling,
+    /// All boxes in one run, as low as can be; the space's z is a limit.
+    Height,
 }
 
 /// Why a search ended.
@@ -111,7 +115,7 @@ pub struct BoxPacking {
     pub placed: Vec<Placed>,
     /// Runs that have something in them.
     pub runs: usize,
-    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value. [`PackGoal::Height`]: none is lower, units.
     pub bound: f64,
     /// Why the search ended.
     pub ended: Ended,
@@ -128,13 +132,24 @@ impl Instance {
     /// The sizes of each item that fit in the space, as they may be turned.
     pub fn sizes(&self) -> Vec<Vec<Triple>> {
         let fits = |size: &Triple| (0..3).all(|k| size[k] <= self.space[k]);
-        self.items.iter().map(|item| self.turns.sizes(item.size).into_iter().filter(fits).collect()).collect()
+        self.items.iter().map(|item| self.turned(item).into_iter().filter(fits).collect()).collect()
+    }
+
+    /// The sizes that an item may have, each once, its own first.
+    pub fn turned(&self, item: &Item) -> Vec<Triple> {
+        let turns = if item.upright && self.turns == Turns::Any { Turns::Z90 } else { self.turns };
+        turns.sizes(item.size)
     }
 
     /// The value of what is placed.
     pub fn value(&self, placed: &[Placed]) -> f64 {
         placed.iter().map(|p| self.items[p.item].value).sum()
     }
+}
+
+/// How high the highest of `placed` reaches, units; 0 for none.
+pub fn height(placed: &[Placed]) -> i64 {
+    placed.iter().map(|p| p.at[2] + p.size[2]).max().unwrap_or(0)
 }
 
 /// The volume of a box, units cubed.

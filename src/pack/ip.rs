@@ -1,4 +1,4 @@
-//! The integer program of seed 003, section 2.2, as printed: a place for each box, and for each pair of boxes six zero-one variables of which
+//! The integer program of Leitereg 2020, section 2.2, as printed: a place for each box, and for each pair of boxes six zero-one variables of which
 //! one must be 0, "j lies to the right of i" and so on. `max c used`, or the least number of runs: then the runs stand beside each other along x.
 //!
 //! Given to the solver besides: the best packing that is known as a start, bounds, an order among equal boxes, and turns (a box's lengths
@@ -12,7 +12,8 @@ use microlp::{
 };
 
 use super::check::check;
-use super::instance::{Instance, PackGoal, Placed, Triple};
+use super::instance::{Instance, PackGoal, Placed, Triple, height};
+use super::method::Near;
 use super::watch::Watch;
 
 /// Nodes of the solver's tree between two questions whether to go on.
@@ -21,15 +22,6 @@ const NODES: u64 = 10;
 const SLICE: Duration = Duration::from_millis(500);
 /// What a node counts as, steps of a watch for each two boxes.
 const STEPS_A_NODE: usize = 20;
-
-/// How far from a packing the solver may go (seed 003, "local search using IP").
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Near {
-    /// Boxes that may come or go.
-    pub(super) used: f64,
-    /// Relations between used boxes that may change.
-    pub(super) directions: f64,
-}
 
 /// What the solver says.
 pub(super) struct Solved {
@@ -55,7 +47,7 @@ struct Model<'a> {
     turn: Vec<Vec<Variable>>,
     /// By pair `i < j`: right, left, up, down, front, back.
     pairs: Vec<[Variable; 6]>,
-    /// The number of runs.
+    /// The number of runs, or the height as a share of the space's.
     top: Option<Variable>,
 }
 
@@ -100,7 +92,7 @@ pub(super) fn solve(
 impl<'a> Model<'a> {
     fn of(instance: &'a Instance, goal: PackGoal, runs: usize, bound: f64) -> Self {
         let direction = match goal {
-            PackGoal::Runs => OptimizationDirection::Minimize,
+            PackGoal::Runs | PackGoal::Height => OptimizationDirection::Minimize,
             PackGoal::Filling => OptimizationDirection::Maximize,
         };
         let mut problem = Problem::new(direction);
@@ -120,7 +112,11 @@ impl<'a> Model<'a> {
         let turn = sizes.iter().map(|t| t.iter().map(|_| problem.add_binary_var(0.0)).collect()).collect();
         let count = sizes.len() * sizes.len().saturating_sub(1) / 2;
         let pairs = (0..count).map(|_| [(); 6].map(|()| problem.add_binary_var(0.0))).collect();
-        let top = (!filling).then(|| problem.add_var(1.0, (bound.max(1.0), runs as f64)));
+        let top = match goal {
+            PackGoal::Filling => None,
+            PackGoal::Runs => Some(problem.add_var(1.0, (bound.max(1.0), runs as f64))),
+            PackGoal::Height => Some(problem.add_var(1.0, (bound / instance.space[2] as f64, 1.0))),
+        };
         let mut model = Self { instance, goal, sizes, runs, problem, at, used, run, turn, pairs, top };
         model.places();
         model.relations();
@@ -144,10 +140,13 @@ impl<'a> Model<'a> {
                 self.problem.add_constraint(inside, ComparisonOp::Le, 1.0);
             }
             if let Some(top) = self.top {
-                let mut counted = LinearExpr::empty();
-                counted.add(top, 1.0);
-                counted.add(self.run[i], -1.0);
-                self.problem.add_constraint(counted, ComparisonOp::Ge, 1.0);
+                let (mut below, least) = match self.goal {
+                    PackGoal::Height => (self.length(i, 2), 0.0),
+                    PackGoal::Runs | PackGoal::Filling => (LinearExpr::empty(), -1.0),
+                };
+                below.add(if self.goal == PackGoal::Height { self.at[i][2] } else { self.run[i] }, 1.0);
+                below.add(top, -1.0);
+                self.problem.add_constraint(below, ComparisonOp::Le, least);
             }
         }
     }
@@ -242,7 +241,11 @@ impl<'a> Model<'a> {
                 pair += 1;
             }
         }
-        values.extend(self.top.map(|top| (top, self.runs as f64)));
+        let reached = match self.goal {
+            PackGoal::Height => self.share(height(start), 2),
+            PackGoal::Runs | PackGoal::Filling => self.runs as f64,
+        };
+        values.extend(self.top.map(|top| (top, reached)));
         values
     }
 
@@ -272,7 +275,7 @@ impl<'a> Model<'a> {
             (sum, constant)
         };
         let (sum, constant) = change(&self.used);
-        self.problem.add_constraint(sum, ComparisonOp::Le, near.used - constant);
+        self.problem.add_constraint(sum, ComparisonOp::Le, f64::from(near.used) - constant);
         let count = self.used.len();
         let both = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
         let used: Vec<Variable> = both
@@ -281,13 +284,17 @@ impl<'a> Model<'a> {
             .flat_map(|(_, six)| *six)
             .collect();
         let (sum, constant) = change(&used);
-        self.problem.add_constraint(sum, ComparisonOp::Le, near.directions - constant);
+        self.problem.add_constraint(sum, ComparisonOp::Le, f64::from(near.directions) - constant);
     }
 
     fn read(&self, outcome: &SolveOutcome, start: &[Placed]) -> Solved {
         let proved = outcome.is_optimal();
         let most = self.instance.items.iter().map(|item| item.value).fold(f64::MIN_POSITIVE, f64::max);
-        let scale = if self.goal == PackGoal::Filling { most } else { 1.0 };
+        let scale = match self.goal {
+            PackGoal::Filling => most,
+            PackGoal::Runs => 1.0,
+            PackGoal::Height => self.instance.space[2] as f64,
+        };
         let bound = outcome.stats().best_bound.map(|bound| bound * scale);
         let packing = outcome.solution().and_then(|solution| {
             let values: Vec<f64> = solution.iter().map(|(_, value)| value).collect();
@@ -296,6 +303,7 @@ impl<'a> Model<'a> {
         let better = packing.filter(|placed| match self.goal {
             PackGoal::Filling => self.instance.value(placed) > self.instance.value(start) * (1.0 + 1e-12),
             PackGoal::Runs => runs(placed) < runs(start),
+            PackGoal::Height => height(placed) < height(start),
         });
         Solved { better, bound, proved }
     }
@@ -329,7 +337,7 @@ impl<'a> Model<'a> {
                 }
             }
         }
-        check(self.instance, &placed, self.goal == PackGoal::Runs).is_ok().then_some(placed)
+        check(self.instance, &placed, self.goal != PackGoal::Filling).is_ok().then_some(placed)
     }
 }
 
@@ -348,4 +356,35 @@ fn runs(placed: &[Placed]) -> usize {
     runs.sort_unstable();
     runs.dedup();
     runs.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::{Item, Turns};
+
+    /// From an empty run as many boxes come as the used distance allows, the most valuable first.
+    #[test]
+    fn a_neighbourhood_is_as_wide_as_it_says() {
+        let item = |value| Item { size: [5, 10, 10], value, upright: false };
+        let instance = Instance {
+            space: [20, 10, 10],
+            gap: 0,
+            turns: Turns::None,
+            items: [1.0, 4.0, 2.0, 8.0].map(item).to_vec(),
+        };
+        let value = |used, directions, start: &[Placed]| {
+            let mut asked = |_| None;
+            let mut watch = Watch::new(10_000_000, &mut asked);
+            let near = Some(Near { used, directions });
+            let solved = solve(&instance, PackGoal::Filling, start, 15.0, near, &mut watch);
+            solved.better.map(|placed| instance.value(&placed))
+        };
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|used| value(used, 0, &[])),
+            [None, Some(8.0), Some(12.0), Some(14.0), Some(15.0)]
+        );
+        let lying = |item: usize, x| Placed { run: 0, item, at: [x, 0, 0], size: [5, 10, 10] };
+        assert_eq!(value(1, 0, &[lying(3, 0), lying(1, 5)]), Some(14.0));
+    }
 }

@@ -1,17 +1,28 @@
 //! The methods for boxes, by name, and `auto`.
 
-use super::bound::{fewest_runs, most_value};
+use super::bound::{fewest_runs, least_height, most_value};
 use super::empty::fewer;
 use super::fill::{Ready, first_fit};
 use super::filling::fullest;
-use super::instance::{BoxPacking, Ended, Instance, PackGoal, Placed};
+use super::height::lowest;
+use super::instance::{BoxPacking, Ended, Instance, Item, PackGoal, Placed, height, volume};
 #[cfg(feature = "integer-program")]
-use super::ip::{Near, solve};
+use super::ip::solve;
 use super::tabu::tabu;
 use super::watch::Watch;
 
 /// Boxes that are given to the integer program, at most: beyond that not even the first relaxation is solved in a minute.
 pub const MOST_BOXES: usize = 60;
+
+/// How far from the best packing the integer program's local search goes: the Hamming distance of the program's zero-one variables (Leitereg 2020,
+/// "Local search using IP", `used_d` and `dir_d`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Near {
+    /// Boxes that may come or go, at most.
+    pub used: u32,
+    /// Relations that may change between boxes that are used, six for each pair, at most.
+    pub directions: u32,
+}
 
 /// How boxes are packed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +34,8 @@ pub enum Method {
     Ip,
     /// The same, near the best that is known, again and again.
     IpLocalSearch,
+    /// The same with a neighbourhood of the caller's own.
+    IpNear(Near),
     /// Tabu search; for the least number of runs.
     Tabu,
     /// Models as a few boxes each.
@@ -44,7 +57,12 @@ impl Method {
 
     /// Whether this build has it: the integer programs want the feature `integer-program`.
     pub fn is_built_in(self) -> bool {
-        cfg!(feature = "integer-program") || !matches!(self, Self::Ip | Self::IpLocalSearch)
+        cfg!(feature = "integer-program") || !self.is_program()
+    }
+
+    /// Whether it solves integer programs.
+    fn is_program(self) -> bool {
+        matches!(self, Self::Ip | Self::IpLocalSearch | Self::IpNear(_))
     }
 
     /// Whether it looks at more of a model than its box.
@@ -73,6 +91,15 @@ pub enum Unpackable {
     /// Tabu search fills no single run.
     #[error("tabu search minimizes the number of runs, not the value in one; use --method auto")]
     NoFilling,
+    /// No packing of all boxes in one run was found within the limit of its height.
+    #[error("no packing was found within the height of the space; none is lower than {0} units")]
+    NotLow(
+        /// What no packing is lower than, units; beyond the limit where that is proved to be too low.
+        i64,
+    ),
+    /// A method that looks for no height.
+    #[error("it does not minimize the height of a run; use --method auto")]
+    NoHeight,
     /// A method for models only.
     #[error("it packs the shapes of models, not boxes; use --method auto")]
     OnlyModels,
@@ -84,12 +111,12 @@ pub enum Unpackable {
 /// Steps of `Auto` with which the integer programs begin.
 #[cfg(feature = "integer-program")]
 const BEFORE_IP: u64 = 300_000;
-/// The neighbourhoods of the local search: boxes that come or go, relations that change (seed 003, chapter 4).
+/// The neighbourhoods of the local search, one after the other, where none is given (Leitereg 2020, chapter 4).
 #[cfg(feature = "integer-program")]
 const NEIGHBOURHOODS: [Near; 3] =
-    [Near { used: 2.0, directions: 30.0 }, Near { used: 5.0, directions: 20.0 }, Near { used: 8.0, directions: 10.0 }];
+    [Near { used: 2, directions: 30 }, Near { used: 5, directions: 20 }, Near { used: 8, directions: 10 }];
 
-/// Packs boxes: all in the least number of runs, or the most value in one. The same seed and steps give the same packing.
+/// Packs boxes: all in the least number of runs, the most value in one, or all in one as low as can be. The same seed and steps give the same packing.
 ///
 /// # Errors
 ///
@@ -107,26 +134,39 @@ pub fn pack(
     let drawn = instance.drawn();
     let sizes = drawn.sizes();
     let fits: Vec<usize> = (0..sizes.len()).filter(|&item| !sizes[item].is_empty()).collect();
-    if goal == PackGoal::Runs
+    if goal != PackGoal::Filling
         && let Some(large) = (0..sizes.len()).find(|&item| sizes[item].is_empty())
     {
         return Err(Unpackable::TooLarge(large));
     }
-    let by_program = matches!(method, Method::Ip | Method::IpLocalSearch);
+    if goal == PackGoal::Height && method == Method::Tabu {
+        return Err(Unpackable::NoHeight);
+    }
     if !method.is_built_in() {
         return Err(Unpackable::NoProgram);
     }
-    if by_program && fits.len() > MOST_BOXES {
+    if method.is_program() && fits.len() > MOST_BOXES {
         return Err(Unpackable::TooMany { boxes: fits.len() });
     }
     if method == Method::Tabu && goal == PackGoal::Filling {
         return Err(Unpackable::NoFilling);
     }
-    let drawn = Instance { items: fits.iter().map(|&item| drawn.items[item]).collect(), ..drawn };
+    let kept = fits.iter().map(|&item| match goal {
+        // What has no place in a run of some height costs its volume.
+        PackGoal::Height => Item { value: volume(&drawn.items[item].size), ..drawn.items[item] },
+        PackGoal::Runs | PackGoal::Filling => drawn.items[item],
+    });
+    let drawn = Instance { items: kept.collect(), ..drawn };
     if drawn.items.is_empty() {
         return Ok(BoxPacking::of(Vec::new(), 0.0, Ended::Proved));
     }
     let mut found = Search { instance: &drawn, goal, seed }.by(method, watch);
+    if goal == PackGoal::Height {
+        found.bound -= instance.gap as f64;
+        if found.placed.len() < drawn.items.len() {
+            return Err(Unpackable::NotLow(found.bound as i64));
+        }
+    }
     for p in &mut found.placed {
         p.size = p.size.map(|length| length - instance.gap);
         p.item = fits[p.item];
@@ -147,12 +187,13 @@ impl Search<'_> {
         let bound = match self.goal {
             PackGoal::Runs => fewest_runs(self.instance) as f64,
             PackGoal::Filling => most_value(self.instance),
+            PackGoal::Height => least_height(self.instance) as f64,
         };
         let ready = Ready::of(self.instance);
         match method {
             Method::Tabu => self.answer(flat(&tabu(&ready, bound as usize, watch)), bound, false, watch),
             #[cfg(feature = "integer-program")]
-            Method::Ip | Method::IpLocalSearch => {
+            Method::Ip | Method::IpLocalSearch | Method::IpNear(_) => {
                 let start = {
                     let mut asked = |_| (!watch.spend(2000)).then(|| watch.ended());
                     self.start(&ready, bound, &mut Watch::new(BEFORE_IP, &mut asked))
@@ -160,7 +201,16 @@ impl Search<'_> {
                 if self.meets(&start, bound) {
                     return self.answer(start, bound, true, watch);
                 }
-                if method == Method::Ip { self.program(start, bound, watch) } else { self.nearby(start, bound, watch) }
+                if self.goal == PackGoal::Height && start.is_empty() {
+                    return self.answer(start, bound, false, watch);
+                }
+                let lower = self.as_low_as(&start);
+                let search = Search { instance: &lower, ..*self };
+                match method {
+                    Method::Ip => search.program(start, bound, watch),
+                    Method::IpNear(near) => search.nearby(start, bound, &[near], watch),
+                    _ => search.nearby(start, bound, &NEIGHBOURHOODS, watch),
+                }
             }
             _ => self.answer(self.start(&ready, bound, watch), bound, false, watch),
         }
@@ -170,7 +220,19 @@ impl Search<'_> {
         match self.goal {
             PackGoal::Runs => flat(&fewer(ready, first_fit(ready, watch), bound as usize, self.seed, watch)),
             PackGoal::Filling => fullest(ready, bound, self.seed, watch),
+            PackGoal::Height if bound > self.instance.space[2] as f64 => Vec::new(),
+            PackGoal::Height => lowest(ready, bound as i64, self.seed, watch).unwrap_or_default(),
         }
+    }
+
+    /// The instance, for [`PackGoal::Height`] with what `start` reaches as its limit.
+    #[cfg(feature = "integer-program")]
+    fn as_low_as(&self, start: &[Placed]) -> Instance {
+        let mut lower = self.instance.clone();
+        if self.goal == PackGoal::Height {
+            lower.space[2] = height(start);
+        }
+        lower
     }
 
     #[cfg(feature = "integer-program")]
@@ -181,6 +243,7 @@ impl Search<'_> {
             // Runs are whole; a solver's number is a little off.
             PackGoal::Runs => bound.max((told - 1e-6).ceil()),
             PackGoal::Filling => bound.min(told * (1.0 + 1e-9)),
+            PackGoal::Height => bound.max((told - 1e-6 * self.instance.space[2] as f64).ceil()),
         };
         let placed = solved.better.unwrap_or(start);
         self.answer(placed, bound, solved.proved, watch)
@@ -188,10 +251,10 @@ impl Search<'_> {
 
     #[cfg(feature = "integer-program")]
     /// From neighbourhood to neighbourhood, until none has anything better.
-    fn nearby(&self, mut best: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> BoxPacking {
+    fn nearby(&self, mut best: Vec<Placed>, bound: f64, near: &[Near], watch: &mut Watch<'_>) -> BoxPacking {
         let mut tried = 0;
-        while tried < NEIGHBOURHOODS.len() && watch.goes_on() && !self.meets(&best, bound) {
-            match solve(self.instance, self.goal, &best, bound, Some(NEIGHBOURHOODS[tried]), watch).better {
+        while tried < near.len() && watch.goes_on() && !self.meets(&best, bound) {
+            match solve(self.instance, self.goal, &best, bound, Some(near[tried]), watch).better {
                 Some(better) => (best, tried) = (better, 0),
                 None => tried += 1,
             }
@@ -203,11 +266,13 @@ impl Search<'_> {
         match self.goal {
             PackGoal::Runs => placed.iter().map(|p| p.run + 1).max().unwrap_or(0) as f64 <= bound,
             PackGoal::Filling => self.instance.value(placed) >= bound * (1.0 - 1e-8),
+            PackGoal::Height => !placed.is_empty() && height(placed) as f64 <= bound,
         }
     }
 
     fn answer(&self, placed: Vec<Placed>, bound: f64, proved: bool, watch: &Watch<'_>) -> BoxPacking {
-        let met = proved || self.meets(&placed, bound);
+        // A height is a solver's number but for its rounding: only the bound that is left of it proves something.
+        let met = (proved && self.goal != PackGoal::Height) || self.meets(&placed, bound);
         let made = BoxPacking::of(placed, bound, if met { Ended::Proved } else { watch.ended() });
         match self.goal {
             PackGoal::Runs if proved => BoxPacking { bound: made.runs as f64, ..made },

@@ -1,4 +1,4 @@
-//! Packing: boxes and models into as few runs as there must be, or the most value into one (seed 003, chapter 2).
+//! Packing: boxes and models into as few runs as there must be, the most value into one, or all into one as low as can be (Leitereg 2020, chapter 2).
 //!
 //! ```text
 //! Instance{space, gap, turns, items} --pack--> Answer{placed, runs, bound, ended}      boxes, whole units
@@ -11,7 +11,7 @@
 //! use trunnion::pack::{Ended, Instance, Item, Method, PackGoal, Turns, Watch, check, pack};
 //!
 //! // Five cubes of 50 mm, and runs that have room for four of them side by side; whole units, here mm.
-//! let cube = Item { size: [50, 50, 50], value: 1.0 };
+//! let cube = Item { size: [50, 50, 50], value: 1.0, upright: false };
 //! let boxes = Instance { space: [110, 110, 60], gap: 10, turns: Turns::None, items: vec![cube; 5] };
 //!
 //! // A million steps at most; nothing ends the search before.
@@ -38,6 +38,7 @@ mod empty;
 mod fill;
 mod filling;
 mod grid;
+mod height;
 mod instance;
 #[cfg(feature = "integer-program")]
 mod ip;
@@ -55,12 +56,12 @@ mod watch;
 
 pub use apart::{Clash, ROUNDING_MM, apart};
 pub use askew::Askew;
-pub use bound::{fewest_runs, most_value};
+pub use bound::{fewest_runs, least_height, most_value};
 pub use check::{PackFault, check};
-pub use instance::{BoxPacking, Ended, Instance, Item, LONGEST, PackGoal, Placed, Triple, Turns, volume};
+pub use instance::{BoxPacking, Ended, Instance, Item, LONGEST, PackGoal, Placed, Triple, Turns, height, volume};
 pub use lift::{Lift, lift};
-pub use method::{MOST_BOXES, Method, Unpackable, pack};
-pub use models::{Packed, pack_models};
+pub use method::{MOST_BOXES, Method, Near, Unpackable, pack};
+pub use models::{Packed, pack_models, packing_bound};
 pub use solid::{PackSolid, Put, Room, axis_and_angle};
 pub use table::{Spot, on_table};
 pub use watch::{Asked, Watch};

@@ -4,9 +4,9 @@ use super::anneal::annealed;
 use super::askew::Askew;
 use super::bound::most_value;
 use super::composite::by_coverings;
-use super::instance::{Ended, Instance, Item, PackGoal, Triple, Turns};
+use super::instance::{BoxPacking, Ended, Instance, Item, PackGoal, Triple, Turns};
 use super::method::{Method, Unpackable, pack};
-use super::nest::Nest;
+use super::nest::{Nest, top_mm};
 use super::solid::{PackSolid, Put, Room, cube_turns};
 use super::watch::Watch;
 use crate::geom::{Mat3, Vec3};
@@ -23,11 +23,12 @@ pub struct Packed {
     pub put: Vec<Put>,
     /// Runs.
     pub runs: usize,
-    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value. [`PackGoal::Height`]: none is lower, mm.
     pub bound: f64,
     /// Why the search ended.
     pub ended: Ended,
-    /// How many runs the models' boxes take ([`PackGoal::Runs`]), or which value one holds of them.
+    /// How many runs the models' boxes take ([`PackGoal::Runs`]), which value one holds of them, or how high it is, mm (0 where they are not
+    /// within the limit).
     pub boxes: f64,
 }
 
@@ -45,10 +46,10 @@ pub fn pack_models(
     seed: u64,
     watch: &mut Watch<'_>,
 ) -> Result<Packed, Unpackable> {
-    if method == Method::Anneal && goal == PackGoal::Runs {
+    if method == Method::Anneal && goal != PackGoal::Filling {
         return Err(Unpackable::OnlyFilling);
     }
-    let bound = bound(solids, room, goal);
+    let bound = packing_bound(solids, room, goal);
     let boxed = Boxed::of(solids, room);
     let by_boxes = {
         // Half of all steps at most where cells come afterwards.
@@ -57,36 +58,42 @@ pub fn pack_models(
         let mut own = Watch::new(steps, &mut asked);
         pack(&boxed.instance, goal, if method.of_shapes() { Method::Auto } else { method }, seed, &mut own)
     };
-    let answer = by_boxes.map_err(|why| match why {
+    let by_boxes = by_boxes.map_err(|why| match why {
         Unpackable::TooLarge(item) => Unpackable::TooLarge(boxed.pieces[item].0),
+        Unpackable::NotLow(_) => Unpackable::NotLow((bound * UNITS).ceil() as i64),
         other => other,
-    })?;
+    });
+    let more = shapes || method.of_shapes();
+    let answer = match by_boxes {
+        // What does not lie low enough as boxes may by its shapes.
+        Err(Unpackable::NotLow(_)) if more => BoxPacking::of(Vec::new(), bound, watch.ended()),
+        other => other?,
+    };
     let put: Vec<Put> = answer.placed.iter().map(|p| boxed.put(solids, p.run, p.item, p.at, p.size)).collect();
-    let value = |put: &[Put]| put.iter().map(|p| solids[p.model].value).sum::<f64>();
-    let boxes = if goal == PackGoal::Runs { answer.runs as f64 } else { value(&put) };
+    let boxes = match goal {
+        PackGoal::Runs => answer.runs as f64,
+        PackGoal::Filling => value(solids, &put),
+        PackGoal::Height => top_mm(solids, &put),
+    };
     let met = |put: &[Put], runs: usize| match goal {
         PackGoal::Runs => runs as f64 <= bound,
-        PackGoal::Filling => value(put) >= bound * (1.0 - 1e-8),
+        PackGoal::Filling => value(solids, put) >= bound * (1.0 - 1e-8),
+        PackGoal::Height => !put.is_empty() && top_mm(solids, put) <= bound * (1.0 + 1e-9),
     };
-    let mut best = Packed { runs: answer.runs, put, bound, ended: answer.ended, boxes };
-    let more = shapes || method.of_shapes();
+    // Of the boxes' own bound nothing is known of the models in them.
+    let ended = if answer.ended == Ended::Proved { Ended::Steps } else { answer.ended };
+    let mut best = Packed { runs: answer.runs, put, bound, ended, boxes };
     if more && !met(&best.put, best.runs) && watch.goes_on() {
-        let nested = match method {
-            Method::Coverings => by_coverings(solids, room, goal, seed, watch),
-            Method::Anneal => Some(annealed(solids, room, &best.put, seed, watch)),
-            _ => Nest::of(solids, room).and_then(|nest| nest.pack(goal, bound, seed, watch)),
-        };
-        if let Some(nested) = nested {
-            let runs = nested.iter().map(|p| p.run + 1).max().unwrap_or(0);
-            let better = match goal {
-                PackGoal::Runs => runs < best.runs,
-                PackGoal::Filling => value(&nested) > value(&best.put),
-            };
-            if better {
-                (best.put, best.runs) = (nested, runs);
-            }
+        if let Some(nested) = by_shapes(solids, room, goal, method, &best, seed, watch)
+            && better(solids, goal, &nested, &best.put)
+        {
+            best.runs = nested.iter().map(|p| p.run + 1).max().unwrap_or(0);
+            best.put = nested;
         }
         best.ended = watch.ended();
+    }
+    if goal == PackGoal::Height && best.put.is_empty() && !boxed.pieces.is_empty() {
+        return Err(Unpackable::NotLow((bound * UNITS).ceil() as i64));
     }
     if met(&best.put, best.runs) {
         best.ended = Ended::Proved;
@@ -95,16 +102,52 @@ pub fn pack_models(
     Ok(best)
 }
 
+fn value(solids: &[PackSolid], put: &[Put]) -> f64 {
+    put.iter().map(|p| solids[p.model].value).sum()
+}
+
+/// Whether `new` is better than `known`.
+fn better(solids: &[PackSolid], goal: PackGoal, new: &[Put], known: &[Put]) -> bool {
+    let runs = |put: &[Put]| put.iter().map(|p| p.run + 1).max().unwrap_or(0);
+    match goal {
+        PackGoal::Runs => runs(new) < runs(known),
+        PackGoal::Filling => value(solids, new) > value(solids, known),
+        PackGoal::Height => known.is_empty() || top_mm(solids, new) < top_mm(solids, known),
+    }
+}
+
+/// A packing by the models' shapes.
+fn by_shapes(
+    solids: &[PackSolid],
+    room: &Room,
+    goal: PackGoal,
+    method: Method,
+    boxed: &Packed,
+    seed: u64,
+    watch: &mut Watch<'_>,
+) -> Option<Vec<Put>> {
+    let [wide, deep, limit] = room.space_mm;
+    // What is no lower than the boxes is of no use, and cells are the finer the lower the space is.
+    let high = if goal == PackGoal::Height && !boxed.put.is_empty() { boxed.boxes } else { limit };
+    let room = Room { space_mm: [wide, deep, high], ..*room };
+    match method {
+        Method::Coverings => by_coverings(solids, &room, goal, seed, watch),
+        Method::Anneal => Some(annealed(solids, &room, &boxed.put, seed, watch)),
+        _ => Nest::of(solids, &room, watch).and_then(|nest| nest.pack(goal, boxed.bound, seed, watch)),
+    }
+}
+
 /// Steps for boxes where cells are looked at afterwards.
 const BOX_STEPS: u64 = 2_000_000;
 
-/// What no packing of the models themselves can beat: each grown by half the gap still lies within the space grown so, and they do not overlap
+/// What no packing of the models themselves can beat (see [`Packed::bound`]): each grown by half the gap still lies within the space grown so, and they do not overlap
 /// then. A body's grown volume is at least a ball's of its volume (Brunn and Minkowski).
-fn bound(solids: &[PackSolid], room: &Room, goal: PackGoal) -> f64 {
+pub fn packing_bound(solids: &[PackSolid], room: &Room, goal: PackGoal) -> f64 {
     use std::f64::consts::PI;
     let r = room.gap_mm / 2.0;
     let [a, b, c] = room.space_mm;
     let space = a * b * c + 2.0 * r * (a * b + b * c + c * a) + PI * r * r * (a + b + c) + 4.0 / 3.0 * PI * r.powi(3);
+    let around = 2.0 * r * (a + b) + PI * r * r;
     let ball = (4.0 / 3.0 * PI).cbrt();
     let grown = |solid: &PackSolid| (solid.volume_mm3.max(0.0).cbrt() + ball * r).powi(3);
     match goal {
@@ -112,12 +155,29 @@ fn bound(solids: &[PackSolid], room: &Room, goal: PackGoal) -> f64 {
             let all: f64 = solids.iter().map(|solid| grown(solid) * solid.copies as f64).sum();
             (all / space * (1.0 - 1e-9)).ceil().max(f64::from(u8::from(!solids.is_empty())))
         }
+        PackGoal::Height => {
+            // The space grown by half the gap is linear in its height.
+            let all: f64 = solids.iter().map(|solid| grown(solid) * solid.copies as f64).sum();
+            let lying = 2.0 * r * a * b + PI * r * r * (a + b) + 4.0 / 3.0 * PI * r.powi(3);
+            let by_volume = (all - lying) / (a * b + around) * (1.0 - 1e-9);
+            solids.iter().map(|solid| least_height_mm(solid, room.turns)).fold(by_volume, f64::max)
+        }
         PackGoal::Filling => {
             let unit = |solid: &PackSolid| ((grown(solid) / space * 1e6).floor() as i64).clamp(1, 1_000_000);
-            let one = |solid: &PackSolid| Item { size: [unit(solid), 1, 1], value: solid.value };
+            let one = |solid: &PackSolid| Item { size: [unit(solid), 1, 1], value: solid.value, upright: false };
             let items = solids.iter().flat_map(|solid| std::iter::repeat_n(one(solid), solid.copies)).collect();
             most_value(&Instance { space: [1_000_000, 1, 1], gap: 0, turns: Turns::None, items })
         }
+    }
+}
+
+/// What a model is not lower than however it may be turned, mm. In every way: its volume lies between two planes so far apart, over a shadow that is
+/// no larger than a circle as wide as the model is long (the isodiametric inequality).
+fn least_height_mm(solid: &PackSolid, turns: Turns) -> f64 {
+    let size = solid.bounds(&Mat3::identity()).size();
+    match turns {
+        Turns::None | Turns::Z90 | Turns::Z => size.z,
+        Turns::Any => solid.volume_mm3.max(0.0) / (std::f64::consts::PI / 4.0 * size.norm_squared()),
     }
 }
 
@@ -162,7 +222,7 @@ impl Boxed {
         let (mut items, mut pieces) = (Vec::new(), Vec::new());
         for (model, solid) in solids.iter().enumerate() {
             for copy in 0..solid.copies {
-                items.push(Item { size: turns[model][0].1, value: solid.value });
+                items.push(Item { size: turns[model][0].1, value: solid.value, upright: false });
                 pieces.push((model, copy));
             }
         }

@@ -47,7 +47,7 @@ pub(super) struct Nest<'a> {
     shapes: Vec<Vec<Shape>>,
 }
 
-/// A packing and what it is worth: fewer runs, then less in the last one; or more value.
+/// A packing and what it is worth: fewer runs, then less in the last one; or more value; or less volume left out, then a lower top.
 #[derive(Clone)]
 struct Found {
     put: Vec<Put>,
@@ -55,8 +55,8 @@ struct Found {
 }
 
 impl<'a> Nest<'a> {
-    /// Of models that fit; `None` where the space is too long for the grid or a cell would be too coarse to say anything.
-    pub(super) fn of(solids: &'a [PackSolid], room: &'a Room) -> Option<Self> {
+    /// Of models that fit; `None` where the space is too long for the grid, a cell would be too coarse to say anything, or the watch ended.
+    pub(super) fn of(solids: &'a [PackSolid], room: &'a Room, watch: &mut Watch<'_>) -> Option<Self> {
         let turns: Vec<Vec<Mat3>> = solids.iter().map(|solid| solid.turns(room.turns)).collect();
         let step = step_mm(solids, room, &turns);
         let size = room.space_mm.map(|length| (length / step + 1e-7).floor() as i32);
@@ -70,21 +70,28 @@ impl<'a> Nest<'a> {
             Shape { turn: *turn, low, rows: Rows::of(&cells), grown: cells.grown(room.gap_mm / step) }
         };
         let fits = |shape: &Shape| (0..3).all(|k| shape.rows.size()[k] <= size[k]);
-        let shapes: Vec<Vec<Shape>> = solids
-            .iter()
-            .zip(&turns)
-            .map(|(solid, turns)| turns.iter().map(|turn| shape(solid, turn)).filter(fits).collect())
-            .collect();
+        let mut shapes: Vec<Vec<Shape>> = Vec::new();
+        for (solid, turns) in solids.iter().zip(&turns) {
+            let mut made = Vec::new();
+            for turn in turns {
+                if !watch.goes_on() {
+                    return None;
+                }
+                made.extend(Some(shape(solid, turn)).filter(fits));
+            }
+            shapes.push(made);
+        }
         Some(Self { solids, room, step, size, shapes })
     }
 
     /// The best packing that is found; `None` where some model fits in no turn as cells.
     pub(super) fn pack(&self, goal: PackGoal, bound: f64, seed: u64, watch: &mut Watch<'_>) -> Option<Vec<Put>> {
-        if goal == PackGoal::Runs && self.shapes.iter().any(Vec::is_empty) {
+        if goal != PackGoal::Filling && self.shapes.iter().any(Vec::is_empty) {
             return None;
         }
         let mut numbers = SplitMix64::seeded(seed);
         let mut best: Option<Found> = None;
+        let (mut size, mut lowest) = (self.size, f64::INFINITY);
         for attempt in 0..MOST_TRIES {
             let order = self.order(goal, attempt, &mut numbers);
             let rule = RULES[attempt % RULES.len()];
@@ -98,19 +105,25 @@ impl<'a> Nest<'a> {
                     (0..all.len()).map(|i| i == one || numbers.unit() < odds).collect()
                 })
                 .collect();
-            let found = self.attempt(goal, order, rule, &allowed, watch);
+            let found = self.attempt(goal, order, rule, &allowed, size, watch);
             if let Some(found) = found.filter(|f| best.as_ref().is_none_or(|b| f.worth > b.worth)) {
+                lowest = if goal == PackGoal::Height { top_mm(self.solids, &found.put) } else { lowest };
                 best = Some(found);
             }
             let met = best.as_ref().is_some_and(|b| match goal {
                 PackGoal::Runs => -b.worth[0] <= bound,
                 PackGoal::Filling => b.worth[0] >= bound * (1.0 - 1e-8),
+                PackGoal::Height => b.worth[0] == 0.0 && lowest <= bound * (1.0 + 1e-9),
             });
+            if let Some(best) = best.as_ref().filter(|b| goal == PackGoal::Height && b.worth[0] == 0.0) {
+                // From now on only what is lower.
+                size[2] = (-best.worth[1]) as i32 - 1;
+            }
             if met || !watch.goes_on() {
                 break;
             }
         }
-        best.map(|found| found.put)
+        best.filter(|found| goal != PackGoal::Height || found.worth[0] == 0.0).map(|found| found.put)
     }
 
     /// All copies by falling volume or value; later somewhat shuffled.
@@ -119,7 +132,8 @@ impl<'a> Nest<'a> {
         let mut keyed: Vec<(f64, (usize, usize))> = Vec::new();
         for (model, solid) in self.solids.iter().enumerate() {
             let own = match goal {
-                PackGoal::Runs => solid.volume_mm3,
+                PackGoal::Height if attempt.is_multiple_of(2) => solid.bounds(&Mat3::identity()).size().max().powi(3),
+                PackGoal::Runs | PackGoal::Height => solid.volume_mm3,
                 PackGoal::Filling if attempt.is_multiple_of(2) => solid.value / solid.volume_mm3,
                 PackGoal::Filling => solid.value,
             };
@@ -138,12 +152,13 @@ impl<'a> Nest<'a> {
         mut order: Vec<(usize, usize)>,
         rule: Rule,
         allowed: &[Vec<bool>],
+        size: [i32; 3],
         watch: &mut Watch<'_>,
     ) -> Option<Found> {
-        let mut put = Vec::new();
+        let (mut put, mut missing, mut top) = (Vec::new(), 0.0, 0);
         for run in 0.. {
             let before = put.len();
-            let mut grid = Grid::free(self.size);
+            let mut grid = Grid::free(size);
             let mut from: Vec<Vec<[i32; 2]>> = self.shapes.iter().map(|all| vec![[0, 0]; all.len()]).collect();
             // What has no place any more has none for any copy.
             let mut full = vec![false; self.solids.len()];
@@ -161,10 +176,12 @@ impl<'a> Nest<'a> {
                 };
                 let shape = &self.shapes[model][shape];
                 grid.take(&shape.grown, at, self.room.liftable);
+                top = top.max(at[2] + shape.rows.size()[2]);
                 let corner = Vec3::from(at.map(f64::from)) * self.step;
                 put.push(Put { run, model, copy, turn: shape.turn, shift: corner - shape.low });
             }
-            if left.is_empty() || goal == PackGoal::Filling {
+            if left.is_empty() || goal != PackGoal::Runs {
+                missing = left.iter().map(|(model, _): &(usize, usize)| self.solids[*model].volume_mm3).sum();
                 break;
             }
             if put.len() == before {
@@ -173,6 +190,7 @@ impl<'a> Nest<'a> {
             order = left;
         }
         let worth = match goal {
+            PackGoal::Height => [-missing, -f64::from(top)],
             PackGoal::Filling => [put.iter().map(|p| self.solids[p.model].value).sum(), 0.0],
             PackGoal::Runs => {
                 let last = put.iter().map(|p| p.run).max().unwrap_or(0);
@@ -210,6 +228,12 @@ impl<'a> Nest<'a> {
         }
         Some(best.map(|(_, index, at)| (index, at)))
     }
+}
+
+/// How high the highest of `put` reaches, mm; 0 for none.
+pub(super) fn top_mm(solids: &[PackSolid], put: &[Put]) -> f64 {
+    let tops = put.iter().map(|p| solids[p.model].bounds(&p.turn).max.z + p.shift.z);
+    tops.fold(0.0, f64::max)
 }
 
 /// The edge of a cell: the gap, halved as long as run and shapes stay small, or more where they would not.

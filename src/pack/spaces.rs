@@ -21,6 +21,8 @@ impl Space {
 pub(super) enum Rule {
     /// The lowest along the first of these axes, then the second, then the third.
     Lowest([usize; 3]),
+    /// The one where the box's top is lowest; then the lowest, the nearest to the back and to the left.
+    Top,
     /// The one whose far corner is farthest from the run's far corner (Gonçalves and Resende 2013).
     Far,
     /// The one that leaves the least room beside the box.
@@ -76,6 +78,7 @@ impl Run {
         let low = space.low;
         match rule {
             Rule::Lowest(axes) => axes.map(|k| low[k]),
+            Rule::Top => [low[2] + size[2], low[1], low[0]],
             Rule::Far => {
                 let left = [0, 1, 2].map(|k| (self.size[k] - low[k] - size[k]) as f64);
                 [-((left[0] * left[0] + left[1] * left[1] + left[2] * left[2]).sqrt() * 16.0) as i64, low[2], low[1]]

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use clap::builder::NonEmptyStringValueParser;
 
-use super::{BatchArgs, MachineArgs, ModelArgs, PassArgs};
-use crate::job::{PackOptions, PoseChoice, SplitOptions, SupportOptions, ThreeNumbers};
+use super::{BatchArgs, MACHINE, ModelArgs, PassArgs};
+use crate::job::{PackOptions, PackSpace, PoseChoice, SplitOptions, SupportOptions, ThreeNumbers};
 use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
@@ -85,8 +86,17 @@ pub(in crate::cli) struct Orient {
 pub(in crate::cli) struct Split {
     #[command(flatten)]
     pub(in crate::cli) model: ModelArgs,
-    #[command(flatten)]
-    pub(in crate::cli) machine: MachineArgs,
+    /// A shipped profile's name, or a TOML file; not needed with --convex
+    ///
+    /// `trunnion profile list` lists them; `trunnion profile new` creates one for your machine.
+    #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new(), required_unless_present = "convex")]
+    pub(in crate::cli) profile: Option<String>,
+    /// Take the model apart into nearly convex pieces instead, and write the hull of each: for simulators and planners, not for printing
+    #[arg(long, conflicts_with_all = ["up", "no_cut", "strict", "pedestal", "overhang"])]
+    pub(in crate::cli) convex: bool,
+    /// How far a piece may be from convex [default: a hundredth of the diagonal of each part's box]
+    #[arg(long, value_name = "MM", requires = "convex", allow_hyphen_values = true)]
+    pub(in crate::cli) concavity: Option<f64>,
     /// Direction in the model's coordinates that points up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts are written in that orientation
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "no_cut")]
     pub(in crate::cli) up: Option<PoseChoice>,
@@ -130,7 +140,7 @@ pub(in crate::cli) struct Pack {
     /// Models; MODEL*3 for three copies
     #[arg(value_name = "MODEL[*COUNT]", required_unless_present = "boxes", conflicts_with = "boxes")]
     pub(in crate::cli) models: Vec<PathBuf>,
-    /// Boxes instead of models: a text file with one `width depth height [count [value]]` a line, in mm
+    /// Boxes instead of models: a text file with one `width depth height [count [value]] [up]` a line, in mm
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) boxes: Option<PathBuf>,
     /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
@@ -142,9 +152,9 @@ pub(in crate::cli) struct Pack {
     /// As `--repair off`
     #[arg(long, conflicts_with = "repair", hide = true)]
     pub(in crate::cli) no_repair: bool,
-    /// Build space of each run
+    /// Build space of each run; with --goal height its base X,Y alone, or a limit of the height as Z
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub(in crate::cli) space: Option<ThreeNumbers>,
+    pub(in crate::cli) space: Option<PackSpace>,
     /// The machine on whose table models stand side by side: a shipped profile's name, or a TOML file
     #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
     pub(in crate::cli) profile: Option<String>,
@@ -160,15 +170,28 @@ pub(in crate::cli) struct Pack {
     /// Allowed rotations: none, z90 (quarter turns about Z), z (any angle about Z) or any
     #[arg(long, default_value_t = PackOptions::default().turn)]
     pub(in crate::cli) turn: String,
-    /// Fill one run with the most value instead of using few runs: volume, file (values of --boxes), or a value for each model
+    /// What to look for: runs (all pieces in the fewest runs), fill (the most value in one run) or height (all pieces in one run, as low as
+    /// possible) [default: runs, or fill with --fill]
+    #[arg(long, value_name = "GOAL")]
+    pub(in crate::cli) goal: Option<String>,
+    /// Values for --goal fill: volume, file (values of --boxes), or a value for each model [default: volume]
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(in crate::cli) fill: Option<String>,
     /// Packing method: auto, ip (integer program), ip-local-search or tabu; for models also coverings and anneal
     #[arg(long, default_value_t = PackOptions::default().method)]
     pub(in crate::cli) method: String,
+    /// Neighbourhood of ip-local-search: boxes that may come or go in a step [default: 2, then 5, then 8]
+    #[arg(long, value_name = "N", requires = "direction_distance")]
+    pub(in crate::cli) used_distance: Option<u32>,
+    /// Neighbourhood of ip-local-search: relations between boxes (left of, below, ..) that may change in a step [default: 30, then 20, then 10]
+    #[arg(long, value_name = "N", requires = "used_distance")]
+    pub(in crate::cli) direction_distance: Option<u32>,
     /// Time limit [default: a step limit, the same on every machine]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(in crate::cli) time: Option<f64>,
+    /// Pack coarser meshes around the models, their vertices raised by at most this much: faster for models with many facets
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) inflate: Option<f64>,
     /// Require that models lift straight out, one after the other
     #[arg(long)]
     pub(in crate::cli) no_interlock: bool,

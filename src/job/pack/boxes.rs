@@ -1,10 +1,10 @@
-//! Boxes from a text, a line each.
+//! Boxes from a text, a line each; a last word `up` says that a box is only turned about Z.
 
 use super::error::PackError;
 use super::result::{self, PackResult, UNITS};
-use super::{Asked, BadPacking, MOST_PIECES, counted};
+use super::{Asked, BadPacking, MOST_PIECES, PackSpace, counted};
 use crate::input::Source;
-use crate::pack::{Instance, Item, PackGoal, check, pack};
+use crate::pack::{Instance, Item, PackGoal, Turns, check, height, pack};
 use crate::world::World;
 
 /// A line of the text.
@@ -13,7 +13,11 @@ struct Line {
     size: [f64; 3],
     count: usize,
     value: f64,
+    upright: bool,
 }
+
+/// The word for a box that stays upright.
+const UPRIGHT: &str = "up";
 
 /// Whether a word between blanks is a number as half the world writes it, `10,5`: here it would be two.
 fn has_decimal_comma(word: &str) -> bool {
@@ -21,7 +25,7 @@ fn has_decimal_comma(word: &str) -> bool {
     word.split_once(',').is_some_and(|(whole, rest)| digits(whole) && digits(rest))
 }
 
-/// `w d h [count [value]]`, mm; empty lines and what follows a `#` say nothing.
+/// `w d h [count [value]] [up]`, mm; empty lines and what follows a `#` say nothing.
 fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
     let mut lines = Vec::new();
     for (index, whole) in text.lines().enumerate() {
@@ -34,8 +38,15 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
             return Err(BadPacking::Comma { name: name.to_owned(), line: index + 1, text: (*word).to_owned() });
         }
         let bad = || BadPacking::Line { name: name.to_owned(), line: index + 1, text: said.to_owned() };
-        let numbers: Option<Vec<f64>> =
-            said.split([' ', '\t', ',']).filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
+        let (said_numbers, upright) = match said.strip_suffix(UPRIGHT) {
+            Some(rest) if rest.ends_with([' ', '\t', ',']) => (rest, true),
+            _ => (said, false),
+        };
+        let numbers: Option<Vec<f64>> = said_numbers
+            .split([' ', '\t', ','])
+            .filter(|word| !word.is_empty())
+            .map(|word| word.parse().ok())
+            .collect();
         let numbers = numbers.filter(|all| (3..=5).contains(&all.len()) && all.iter().all(|v| v.is_finite()));
         let numbers = numbers.ok_or_else(bad)?;
         let size = [numbers[0], numbers[1], numbers[2]];
@@ -47,7 +58,7 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
         }
         let place = format!("{name}, line {}", index + 1);
         let count = counted(&place, numbers.get(3).copied().unwrap_or(1.0))?;
-        lines.push(Line { name: place, size, count, value });
+        lines.push(Line { name: place, size, count, value, upright });
     }
     let pieces = lines.iter().map(|line| line.count).sum();
     match pieces {
@@ -60,7 +71,7 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
 /// Packs the boxes of a text.
 pub(super) fn packed(
     source: &Source,
-    space_mm: [f64; 3],
+    space: &PackSpace,
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
     world: &World<'_>,
@@ -73,21 +84,36 @@ pub(super) fn packed(
     let units = |mm: f64| (mm * UNITS).round() as i64;
     let copies = lines.iter().enumerate().flat_map(|(index, line)| std::iter::repeat_n(index, line.count));
     let of: Vec<usize> = copies.collect();
-    let items = of.iter().map(|&line| Item { size: lines[line].size.map(units), value: values[line] }).collect();
-    let space = space_mm.map(|mm| (mm * UNITS + 1e-3).floor() as i64);
-    let gap = units(asked.options.gap_mm.unwrap_or(0.0));
-    let instance = Instance { space, gap, turns: asked.turns, items };
-    let goal = asked.goal();
+    let item = |&line: &usize| {
+        let Line { size, upright, .. } = lines[line];
+        Item { size: size.map(units), value: values[line], upright }
+    };
+    let items: Vec<Item> = of.iter().map(item).collect();
+    let gap_mm = asked.options.gap_mm.unwrap_or(0.0);
+    // One on the other, each as high as it may be turned.
+    let highest = |line: &Line| {
+        let lying = asked.turns != Turns::Any || line.upright;
+        (if lying { line.size[2] } else { line.size.into_iter().fold(0.0, f64::max) } + gap_mm) * line.count as f64
+    };
+    let units_of = |mm: f64| (mm * UNITS + 1e-3).floor() as i64;
+    let fit_in = space.up_to(lines.iter().map(highest).sum()).map(units_of);
+    let mut instance = Instance { space: fit_in, gap: units(gap_mm), turns: asked.turns, items };
+    let goal = asked.goal;
     let seed = asked.options.seed;
     let answer = asked.watched(stop, world, |watch| pack(&instance, goal, asked.method, seed, watch));
     let no_fit = |item: usize| {
         let line = &lines[of[item]];
-        BadPacking::NoFit { name: line.name.clone(), size: line.size, space: space_mm, turn: asked.turns, proved: true }
+        let upright = line.upright && asked.turns == Turns::Any;
+        let (name, turn) = (line.name.clone(), asked.turns);
+        BadPacking::NoFit { name, size: line.size, space: space.lengths_mm(), turn, upright, proved: true }
     };
-    let answer = answer.map_err(|why| asked.unpackable(why, no_fit))?;
-    check(&instance, &answer.placed, goal == PackGoal::Runs).map_err(BadPacking::from)?;
+    let answer = answer.map_err(|why| asked.unpackable(why, space.height_mm, no_fit))?;
+    if goal == PackGoal::Height {
+        instance.space[2] = height(&answer.placed);
+    }
+    check(&instance, &answer.placed, goal != PackGoal::Filling).map_err(BadPacking::from)?;
     let names: Vec<(String, usize)> = lines.iter().map(|line| (line.name.clone(), line.count)).collect();
-    Ok(result::of_boxes(&instance, &names, &of, &answer, space_mm, asked))
+    Ok(result::of_boxes(&instance, &names, &of, &answer, asked))
 }
 
 #[cfg(test)]
@@ -96,15 +122,20 @@ mod tests {
 
     #[test]
     fn lines_are_read_or_refused_by_number() {
-        let good = lines("b.txt", "# boxes\n1 2 3\n\n4.5,5,6 2  # two\n7\t8 9 3 1.5\n").unwrap();
-        let told: Vec<_> = good.iter().map(|l| (l.size, l.count, l.value)).collect();
-        assert_eq!(told, [([1.0, 2.0, 3.0], 1, 6.0), ([4.5, 5.0, 6.0], 2, 135.0), ([7.0, 8.0, 9.0], 3, 1.5)]);
+        let good = lines("b.txt", "# boxes\n1 2 3\n\n4.5,5,6 2  # two\n7\t8 9 3 1.5 up\n1 2 3 up\n").unwrap();
+        let told: Vec<_> = good.iter().map(|l| (l.size, l.count, l.value, l.upright)).collect();
+        let [one, two] = [([1.0, 2.0, 3.0], 1, 6.0, false), ([4.5, 5.0, 6.0], 2, 135.0, false)];
+        assert_eq!(told, [one, two, ([7.0, 8.0, 9.0], 3, 1.5, true), ([1.0, 2.0, 3.0], 1, 6.0, true)]);
         for (text, wanted) in [
             ("1 2", "line 1"),
             ("1 2 3\n1 2 x", "line 2"),
             ("1 2 -3", "line 1"),
             ("1 2 3 4 5 6", "line 1"),
             ("1 2 inf", "line 1"),
+            ("1 2 3up", "line 1"),
+            ("1 2 3 down", "line 1"),
+            ("up", "line 1"),
+            ("1 2 up 3", "line 1"),
             ("1 2 3.0001", "line 1"),
             ("1 2 3\n10,5 10 10", "10,5"),
             ("1 2 3 1 0", "line 1"),

@@ -2,8 +2,10 @@
 
 mod boxes;
 mod error;
+mod inflated;
 mod plates;
 mod result;
+mod space;
 mod table;
 
 use std::time::Duration;
@@ -12,14 +14,18 @@ use crate::input::load_unposed;
 use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, load_profile};
 use crate::mesh::is_overlap;
 use crate::pack::{
-    Askew, Clash, Ended, Method, PackFault, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart, lift,
+    Askew, Clash, Ended, Method, Near, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart, lift,
     pack_models,
 };
 use crate::spelling::nearest;
 use crate::world::World;
-pub use error::PackError;
+pub use error::{BadPacking, PackError};
+pub use inflated::Coarsened;
+use inflated::Inflated;
 pub use plates::Plates;
+use result::UNITS;
 pub use result::{PackResult, Piece, Plate};
+pub use space::PackSpace;
 
 /// What is packed.
 #[derive(Clone, Debug)]
@@ -33,8 +39,8 @@ pub enum Contents {
 /// Where it is packed into.
 #[derive(Clone, Debug)]
 pub enum Into {
-    /// The space of each run, mm.
-    Space([f64; 3]),
+    /// The space of each run.
+    Space(PackSpace),
     /// A machine's table: one layer of models.
     Table(MachineSource),
 }
@@ -57,13 +63,20 @@ pub struct PackOptions {
     pub gap_mm: Option<f64>,
     /// How pieces may be turned, by name.
     pub turn: String,
-    /// The most value in one run instead of the least number of runs: `volume`, `file` (the boxes' own values), or a value for each model
+    /// What is looked for, by name: `runs`, `fill` or `height`; `None`: `fill` where [`PackOptions::fill`] is given, else `runs`.
+    pub goal: Option<String>,
+    /// What is worth how much, with the goal `fill`; `None`: `volume`. `volume`, `file` (the boxes' own values), or a value for each model
     /// or line with commas between them.
     pub fill: Option<String>,
     /// The method, by name.
     pub method: String,
+    /// How far the integer program's local search goes from the best packing: boxes that come or go, and relations between boxes that change; `None`: the
+    /// thesis's three, one after the other.
+    pub near: Option<[u32; 2]>,
     /// When to end, s; `None`: after a number of steps that is the same on every machine.
     pub seconds: Option<f64>,
+    /// Models are packed as coarser meshes around them whose vertices are raised by this at most, mm; `None`: as they are.
+    pub inflate_mm: Option<f64>,
     /// Whether every model must come out straight up.
     pub no_interlock: bool,
     /// Seed of what draws numbers.
@@ -75,101 +88,16 @@ impl Default for PackOptions {
         Self {
             gap_mm: None,
             turn: "none".to_owned(),
+            goal: None,
             fill: None,
             method: "auto".to_owned(),
+            near: None,
             seconds: None,
+            inflate_mm: None,
             no_interlock: false,
             seed: 1,
         }
     }
-}
-
-/// Why something cannot be packed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
-#[strum(serialize_all = "kebab-case", prefix = "pack/")]
-pub enum BadPacking {
-    /// A count of zero, or one that is too large.
-    #[error("{name}: the count must be between 1 and {MOST_PIECES}, got {count}; MODEL*3 means three copies")]
-    Count {
-        /// The model or line.
-        name: String,
-        /// As given.
-        count: f64,
-    },
-    /// Too many pieces together.
-    #[error("{pieces} pieces are too many; at most {MOST_PIECES} are packed together")]
-    TooMany {
-        /// How many.
-        pieces: usize,
-    },
-    /// A model or box that does not fit.
-    #[error(
-        "{name}: {} mm {} in the space of {} mm {}; enlarge the space{}, or cut it (trunnion split)",
-        sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn),
-        if *turn == Turns::Any { "" } else { ", allow any rotation (--turn any)" }
-    )]
-    NoFit {
-        /// The model or line.
-        name: String,
-        /// Its size, mm.
-        size: [f64; 3],
-        /// The space, mm.
-        space: [f64; 3],
-        /// How it may be turned.
-        turn: Turns,
-        /// Whether that is sure: turned in every way, it may not be settled.
-        proved: bool,
-    },
-    /// A line that is not a box.
-    #[error(
-        "{name}, line {line}: {text:?} must be width, depth and height (0.001 to 1000000 mm, three decimals at most), then count and value (above \
-         0); for example 20 30 15.5 4 1.5"
-    )]
-    Line {
-        /// The file.
-        name: String,
-        /// The line, from 1.
-        line: usize,
-        /// What it says.
-        text: String,
-    },
-    /// A number with a comma in it, where others are parted by blanks.
-    #[error("{name}, line {line}: {text:?} may be one number or two; write {} for one, or a space after the comma for two", text.replace(',', "."))]
-    Comma {
-        /// The file.
-        name: String,
-        /// The line, from 1.
-        line: usize,
-        /// The word.
-        text: String,
-    },
-    /// A file without boxes.
-    #[error("{0} has no boxes; write one box per line: width, depth and height in mm, for example 20 30 15")]
-    NoBoxes(String),
-    /// Values that do not go with the models.
-    #[error(
-        "fill {given}: must be `volume`, `file`, or {wanted} numbers above 0 with commas between them, one for each model or line"
-    )]
-    Values {
-        /// As given.
-        given: String,
-        /// How many there should be.
-        wanted: usize,
-    },
-    /// A method that does not apply.
-    #[error("method {method}: {why}")]
-    Method {
-        /// The method.
-        method: String,
-        /// Why not.
-        why: String,
-    },
-    /// Boxes for a machine's table.
-    #[error("{0}: boxes cannot be packed on a machine's table; use --space X,Y,Z instead of -m")]
-    BoxesOnTable(String),
-    /// An invalid packing: a fault of this program, never a result.
-    #[error("the packing found is not valid ({0}); nothing was written; please report this")]
-    Unproved(String),
 }
 
 /// Pieces, at most.
@@ -178,21 +106,10 @@ pub const MOST_PIECES: usize = 5000;
 const GAP_MM: f64 = 1.0;
 /// The least and the most between models, mm.
 const GAPS_MM: [f64; 2] = [0.01, 500.0];
+/// The least and the most by which models are inflated, mm.
+const INFLATED_MM: [f64; 2] = [0.0, 100.0];
 /// Steps where no time is given: some ten seconds.
 const STEPS: u64 = 10_000_000;
-
-fn sizes(size: &[f64; 3]) -> String {
-    size.map(|length| format!("{}", (length * 1000.0).round() / 1000.0)).join(" x ")
-}
-
-fn turned(turn: Turns) -> &'static str {
-    match turn {
-        Turns::None => "as it is",
-        Turns::Z90 => "at any quarter turn about Z",
-        Turns::Z => "at any angle about Z",
-        Turns::Any => "in any orientation",
-    }
-}
 
 /// Packs models or boxes. `stop` is asked now and then whether to end with the best so far.
 ///
@@ -204,12 +121,12 @@ pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -
     let asked = Asked::of(request)?;
     let start = world.clock.now();
     let mut done = match (&request.contents, &request.into) {
-        (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, *space, &asked, stop, world)?,
+        (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, space, &asked, stop, world)?,
         (Contents::Boxes(source), Into::Table(_)) => {
             return Err(BadPacking::BoxesOnTable(source.name().into_owned()).into());
         }
         (Contents::Models(models), Into::Space(space)) => {
-            in_space(&loaded(models, world)?, *space, &asked, stop, world)?
+            in_space(&loaded(models, world)?, space, &asked, stop, world)?
         }
         (Contents::Models(models), Into::Table(machine)) => {
             let machine = load_profile(machine, world)?;
@@ -224,6 +141,7 @@ pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -
 struct Asked<'a> {
     options: &'a PackOptions,
     turns: Turns,
+    goal: PackGoal,
     method: Method,
     shapes: bool,
     name: &'static str,
@@ -239,18 +157,26 @@ impl<'a> Asked<'a> {
         if let Some(seconds) = options.seconds {
             BadSetting::within("time", seconds, " s", [0.01, 86400.0])?;
         }
-        if let Into::Space(space) = request.into {
-            for length in space {
-                BadSetting::within("space", length, " mm", [0.1, 1e5])?;
+        if let Some(mm) = options.inflate_mm {
+            BadSetting::within("inflate", mm, " mm", INFLATED_MM)?;
+            if boxes || matches!(request.into, Into::Table(_)) {
+                let why = "boxes, and models on a table, are packed by their boxes alone; leave out --inflate";
+                return Err(BadPacking::Inflate(why.to_owned()).into());
             }
         }
+        let goal = space::goal(options, &request.into)?;
         let turns = named("turn", &options.turn, &Turns::NAMED)?.0;
         let (method, name) = named("method", &options.method, &Method::NAMED)?;
-        Ok(Self { options, turns, method, shapes: method == Method::Auto && !boxes, name })
-    }
-
-    fn goal(&self) -> PackGoal {
-        if self.options.fill.is_some() { PackGoal::Filling } else { PackGoal::Runs }
+        let method = match (method, options.near) {
+            (Method::IpLocalSearch, Some([used, directions])) => Method::IpNear(Near { used, directions }),
+            (_, None) => method,
+            (_, Some(_)) => {
+                let why =
+                    "it has no neighbourhood; use --method ip-local-search, or leave out --used-distance".to_owned();
+                return Err(BadPacking::Method { method: name.to_owned(), why }.into());
+            }
+        };
+        Ok(Self { options, turns, goal, method, shapes: method == Method::Auto && !boxes, name })
     }
 
     /// The value of each of `own`: its volume or its own number, or what is given.
@@ -286,9 +212,12 @@ impl<'a> Asked<'a> {
         search(&mut Watch::new(steps, &mut ask))
     }
 
-    fn unpackable(&self, why: Unpackable, no_fit: impl Fn(usize) -> BadPacking) -> BadPacking {
+    fn unpackable(&self, why: Unpackable, limit_mm: Option<f64>, no_fit: impl Fn(usize) -> BadPacking) -> BadPacking {
         match why {
             Unpackable::TooLarge(index) => no_fit(index),
+            Unpackable::NotLow(bound) => {
+                BadPacking::TooHigh { limit_mm: limit_mm.unwrap_or(space::HIGHEST_MM), bound_mm: bound as f64 / UNITS }
+            }
             other => BadPacking::Method { method: self.name.to_owned(), why: other.to_string() },
         }
     }
@@ -343,27 +272,58 @@ fn solids(models: &[(LoadedModel, usize)], asked: &Asked<'_>) -> Result<Vec<Pack
 
 fn in_space(
     models: &[(LoadedModel, usize)],
-    space_mm: [f64; 3],
+    space: &PackSpace,
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
     world: &World<'_>,
 ) -> Result<PackResult, PackError> {
     let solids = solids(models, asked)?;
     let gap_mm = asked.options.gap_mm.unwrap_or(GAP_MM);
+    // One on the other, each as high as it may be turned.
+    let highest = |solid: &PackSolid| {
+        let size = solid.bounds(&crate::geom::Mat3::identity()).size();
+        (if asked.turns == Turns::Any { size.norm() } else { size.z } + gap_mm) * solid.copies as f64
+    };
+    let space_mm = space.up_to(solids.iter().map(highest).sum());
     let room = Room { space_mm, gap_mm, turns: asked.turns, liftable: asked.options.no_interlock };
-    let goal = asked.goal();
+    let goal = asked.goal;
+    let inflated = asked.options.inflate_mm.map(|mm| Inflated::of(models, &solids, mm));
+    let sought = inflated.as_ref().map_or(&solids, |inflated| &inflated.solids);
     let packed = asked.watched(stop, world, |watch| {
-        pack_models(&solids, &room, goal, asked.method, asked.shapes, asked.options.seed, watch)
+        pack_models(sought, &room, goal, asked.method, asked.shapes, asked.options.seed, watch)
     });
-    let no_fit = |model: usize| no_fit(models, &solids, model, &room);
-    let packed = packed.map_err(|why| asked.unpackable(why, no_fit))?;
-    proved(models, &solids, &room, packed, asked)
+    let no_fit = |model: usize| {
+        let fits = |solid: &PackSolid| packing_fits(solid, &room);
+        match inflated.is_some() && fits(&solids[model]) {
+            true => Inflated::too_large(&models[model].0.file),
+            false => match no_fit(models, &solids, model, &room) {
+                BadPacking::NoFit { name, size, turn, upright, proved, .. } => {
+                    BadPacking::NoFit { name, size, space: space.lengths_mm(), turn, upright, proved }
+                }
+                other => other,
+            },
+        }
+    };
+    let packed = packed.map_err(|why| asked.unpackable(why, space.height_mm, no_fit))?;
+    let packed = match &inflated {
+        Some(inflated) => inflated.of_models(packed, &solids, &room, goal),
+        None => packed,
+    };
+    let done = proved(models, &solids, &room, packed, asked)?;
+    Ok(PackResult { inflated: inflated.map(|inflated| inflated.tally), ..done })
+}
+
+/// Whether a model goes into a space in one of its turns.
+fn packing_fits(solid: &PackSolid, room: &Room) -> bool {
+    let within = |size: crate::geom::Vec3| (0..3).all(|k| size[k] <= room.space_mm[k]);
+    solid.turns(room.turns).iter().any(|turn| within(solid.bounds(turn).size()))
 }
 
 fn no_fit(models: &[(LoadedModel, usize)], solids: &[PackSolid], model: usize, room: &Room) -> BadPacking {
     let size = solids[model].bounds(&crate::geom::Mat3::identity()).size().into();
     let proved = solids[model].askew(room) == Askew::Never;
-    BadPacking::NoFit { name: models[model].0.file.clone(), size, space: room.space_mm, turn: room.turns, proved }
+    let (name, space) = (models[model].0.file.clone(), room.space_mm);
+    BadPacking::NoFit { name, size, space, turn: room.turns, upright: false, proved }
 }
 
 /// The packing as a result, once the independent test has passed it.
@@ -380,10 +340,4 @@ fn proved(
         return Err(BadPacking::Unproved("the pieces interlock".to_owned()).into());
     }
     Ok(result::of_models(models, solids, room, &packed, lifts, clearance, asked))
-}
-
-impl From<PackFault> for BadPacking {
-    fn from(fault: PackFault) -> Self {
-        Self::Unproved(fault.to_string())
-    }
 }

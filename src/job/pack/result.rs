@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Asked;
+use super::{Asked, Coarsened};
 use crate::geom::{Bounds, Slot, Vec3};
 use crate::input::LoadedModel;
 use crate::mesh::{TriangleMesh, threemf};
@@ -21,7 +21,7 @@ pub struct PackResult {
     pub plates: Vec<Plate>,
     /// What was looked for.
     pub goal: PackGoal,
-    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value. [`PackGoal::Height`]: none is lower, mm.
     pub bound: f64,
     /// What one run holds ([`PackGoal::Filling`]).
     pub value: f64,
@@ -29,7 +29,7 @@ pub struct PackResult {
     pub ended: Ended,
     /// The method.
     pub method: &'static str,
-    /// The space of a run, mm.
+    /// The space of a run, mm; with [`PackGoal::Height`] as high as the highest piece reaches.
     pub space_mm: [f64; 3],
     /// The gap that was kept, mm.
     pub gap_mm: f64,
@@ -37,6 +37,8 @@ pub struct PackResult {
     pub clearance_mm: Option<f64>,
     /// Models or lines with how many of each are in no run.
     pub left_out: Vec<(String, usize)>,
+    /// How much coarser the meshes were that were packed for the models, where that was asked for.
+    pub inflated: Option<Coarsened>,
     /// What it took.
     pub seconds: f64,
 }
@@ -84,7 +86,12 @@ pub(super) fn of_models(
     clearance_mm: Option<f64>,
     asked: &Asked<'_>,
 ) -> PackResult {
-    let space: f64 = room.space_mm.iter().product();
+    let mut space_mm = room.space_mm;
+    if asked.goal == PackGoal::Height {
+        let tops = packed.put.iter().map(|p| solids[p.model].bounds(&p.turn).max.z + p.shift.z);
+        space_mm[2] = tops.fold(0.0, f64::max);
+    }
+    let space: f64 = space_mm.iter().product();
     let plates = (0..packed.runs).zip(lifts).map(|(run, lift)| {
         let own: Vec<usize> = (0..packed.put.len()).filter(|&i| packed.put[i].run == run).collect();
         let place = |all: Vec<usize>| all.iter().filter_map(|i| own.iter().position(|o| o == i)).collect();
@@ -100,16 +107,17 @@ pub(super) fn of_models(
     let names: Vec<(String, usize)> = models.iter().map(|(model, count)| (model.file.clone(), *count)).collect();
     let plates: Vec<Plate> = plates.collect();
     PackResult {
-        goal: asked.goal(),
+        goal: asked.goal,
         bound: packed.bound,
         value: packed.put.iter().map(|p| solids[p.model].value).sum(),
         ended: packed.ended,
         method: asked.name,
-        space_mm: room.space_mm,
+        space_mm,
         gap_mm: room.gap_mm,
         clearance_mm,
         left_out: left_out(&names, &plates),
         plates,
+        inflated: None,
         seconds: 0.0,
     }
 }
@@ -139,7 +147,6 @@ pub(super) fn of_boxes(
     lines: &[(String, usize)],
     of: &[usize],
     answer: &BoxPacking,
-    space_mm: [f64; 3],
     asked: &Asked<'_>,
 ) -> PackResult {
     let mm = |units: [i64; 3]| Vec3::from(units.map(|u| u as f64 / UNITS));
@@ -165,16 +172,17 @@ pub(super) fn of_boxes(
         plates.push(Plate { fill, pieces, lift_order, locked: Vec::new() });
     }
     PackResult {
-        goal: asked.goal(),
-        bound: answer.bound,
+        goal: asked.goal,
+        bound: if asked.goal == PackGoal::Height { answer.bound / UNITS } else { answer.bound },
         value: instance.value(&answer.placed),
         ended: answer.ended,
         method: asked.name,
-        space_mm,
+        space_mm: instance.space.map(|units| units as f64 / UNITS),
         gap_mm: instance.gap as f64 / UNITS,
         clearance_mm: None,
         left_out: left_out(lines, &plates),
         plates,
+        inflated: None,
         seconds: 0.0,
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn packed(
     if asked.method != Method::Auto {
         return Err(refused("on a table models are placed side by side in one layer; use --method auto").into());
     }
-    if asked.goal() == PackGoal::Filling {
+    if asked.goal == PackGoal::Filling {
         return Err(refused(
             "on a table all models are placed in as few runs as possible; --fill needs a space (--space)",
         )

@@ -19,9 +19,9 @@
 //! Refused beside that: a collapse that would turn a facet over, and one that would join what was apart (the link condition), so that a
 //! closed manifold stays one, of the same kind.
 //!
-//! No other room uses it so far: its tests and `benches/pieces.rs` do.
+//! `trunnion pack --inflate` packs such meshes in place of models with many facets.
 //!
-//! Source: A. Gaschler, Q. Fischer and A. Knoll, "The bounding mesh algorithm", TUM-I1522, 2015; seed 003, section 2.5; the link
+//! Source: A. Gaschler, Q. Fischer and A. Knoll, "The bounding mesh algorithm", TUM-I1522, 2015; Leitereg 2020, section 2.5; the link
 //! condition after T. Dey et al., "Topology preserving edge contraction", 1999.
 
 mod collapse;

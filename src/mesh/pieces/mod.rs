@@ -17,10 +17,10 @@
 //!
 //! Groups grow across edges only: shells are never joined, and of a thin wall's two sides each may get pieces of its own.
 //!
-//! Neither packing nor planning uses it so far: `benches/pieces.rs` holds it against their trees of boxes.
+//! `trunnion split --convex` writes the hulls. Neither packing nor planning asks them: `benches/pieces.rs` holds them against their trees of boxes.
 //!
 //! Source: K. Mamou and F. Ghorbel, "A simple and efficient approach for 3D mesh approximate convex decomposition", ICIP 2009, 3501;
-//! seed 003, section 2.5 (which takes `D` of each group; the paper normalises once, and so is it here).
+//! Leitereg 2020, section 2.5 (which takes `D` of each group; the paper normalises once, and so is it here).
 
 mod cluster;
 mod merge;

@@ -29,7 +29,7 @@ fn tiny(seed: u64, turns: Turns) -> Instance {
         let size = [0, 1, 2].map(|k| 1 + numbers.below(space[k] as usize - usize::from(gap > 0)) as i64);
         let value = (1 + numbers.below(9)) as f64;
         let copies = 1 + numbers.below(2);
-        items.extend(std::iter::repeat_n(Item { size, value }, copies.min(5 - items.len())));
+        items.extend(std::iter::repeat_n(Item { size, value, upright: false }, copies.min(5 - items.len())));
     }
     Instance { space, gap, turns, items }
 }
@@ -73,7 +73,7 @@ fn every_method_agrees_with_brute_force() {
 
 #[test]
 fn faults_are_found() {
-    let item = |size| Item { size, value: 1.0 };
+    let item = |size| Item { size, value: 1.0, upright: false };
     let instance =
         Instance { space: [10, 10, 10], gap: 1, turns: Turns::Z90, items: vec![item([4, 5, 10]), item([5, 4, 3])] };
     let at = |item, at, size| Placed { run: 0, item, at, size };
@@ -95,7 +95,7 @@ fn faults_are_found() {
 
 #[test]
 fn what_cannot_be_is_said() {
-    let item = |size| Item { size, value: 1.0 };
+    let item = |size| Item { size, value: 1.0, upright: false };
     let instance = Instance { space: [10; 3], gap: 0, turns: Turns::Z90, items: vec![item([4; 3]), item([4, 4, 11])] };
     let mut asked = |_| None;
     let mut with = |goal, method, instance: &Instance| {
@@ -127,7 +127,7 @@ fn an_end_that_is_asked_for_gives_the_best_so_far() {
 
 #[test]
 fn ten_thousand_boxes_are_packed() {
-    let item = Item { size: [10, 7, 5], value: 1.0 };
+    let item = Item { size: [10, 7, 5], value: 1.0, upright: false };
     let instance = Instance { space: [200, 200, 200], gap: 0, turns: Turns::Any, items: vec![item; 10_000] };
     let answer = packed(&instance, PackGoal::Runs, Method::Auto, 100_000);
     assert!(answer.runs == 1 && answer.ended == Ended::Proved, "{} runs", answer.runs);

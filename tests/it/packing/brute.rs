@@ -27,12 +27,25 @@ fn together(space: Triple, gap: i64, boxes: &[Vec<Triple>], placed: &mut Vec<(Tr
     false
 }
 
+/// The sizes that a box may have, by the definition.
+fn sizes(instance: &Instance, item: usize) -> Vec<Triple> {
+    let own = &instance.items[item];
+    let all = instance.turns.sizes(own.size);
+    all.into_iter().filter(|size| !own.upright || size[2] == own.size[2]).collect()
+}
+
+/// The least height of one run that holds all boxes.
+pub(super) fn lowest(instance: &Instance) -> i64 {
+    let all = (1_usize << instance.items.len()) - 1;
+    let [wide, deep, _] = instance.space;
+    let fits_in = |height: &i64| fits(&Instance { space: [wide, deep, *height], ..instance.clone() }, all);
+    (1..).find(fits_in).unwrap()
+}
+
 /// Whether the boxes of `chosen` (bits) go into one run.
 fn fits(instance: &Instance, chosen: usize) -> bool {
-    let boxes: Vec<Vec<Triple>> = (0..instance.items.len())
-        .filter(|i| chosen >> i & 1 == 1)
-        .map(|i| instance.turns.sizes(instance.items[i].size))
-        .collect();
+    let boxes: Vec<Vec<Triple>> =
+        (0..instance.items.len()).filter(|i| chosen >> i & 1 == 1).map(|i| sizes(instance, i)).collect();
     together(instance.space, instance.gap, &boxes, &mut Vec::new())
 }
 

@@ -3,6 +3,7 @@
 mod boxes;
 mod brute;
 mod generator;
+mod height;
 mod models;
 mod mpv;
 mod outside;

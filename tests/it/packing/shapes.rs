@@ -29,6 +29,30 @@ pub(super) fn block(low: [f64; 3], high: [f64; 3]) -> TriangleMesh<Object> {
     TriangleMesh::new((0..8).map(corner).collect(), facets)
 }
 
+/// A ball of `radius` about the origin, mm: `around` times `rings` quads, triangles at the poles.
+pub(super) fn ball(radius: f64, around: u32, rings: u32) -> TriangleMesh<Object> {
+    use std::f64::consts::{PI, TAU};
+    let mut vertices = vec![Vec3::new(0.0, 0.0, -radius)];
+    for ring in 1..rings {
+        let (s, c) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
+        vertices.extend((0..around).map(|k| {
+            let (y, x) = (TAU * f64::from(k) / f64::from(around)).sin_cos();
+            Vec3::new(x * s, y * s, -c) * radius
+        }));
+    }
+    vertices.push(Vec3::new(0.0, 0.0, radius));
+    let (top, at) = (vertices.len() as u32 - 1, |ring: u32, k: u32| 1 + (ring - 1) * around + k % around);
+    let mut facets = Vec::new();
+    for k in 0..around {
+        facets.extend([[0, at(1, k + 1), at(1, k)], [top, at(rings - 1, k), at(rings - 1, k + 1)]]);
+        for ring in 1..rings - 1 {
+            let [a, b, c, d] = [at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)];
+            facets.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
 /// The hull: a U-shaped ring at each station, lofted and closed at both ends.
 fn hull() -> TriangleMesh<Object> {
     let mut vertices = Vec::new();

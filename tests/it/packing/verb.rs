@@ -8,7 +8,7 @@ use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_bi
 use trunnion::pack::Method;
 
 use super::mpv;
-use super::shapes::{block, boat};
+use super::shapes::{ball, block, boat};
 use crate::support::{catches_interrupts, first_error, folder, processor_s, said, skip, trunnion, wait_for};
 
 fn write(folder: &Path, name: &str, meshes: &[TriangleMesh]) -> PathBuf {
@@ -148,10 +148,72 @@ fn boxes_are_packed_from_a_text() {
         skip("the integer program is not built in (--features integer-program)");
     }
     let built_in = Method::NAMED.into_iter().filter(|(_, method)| method.is_built_in() && !method.of_shapes());
+    if Method::Ip.is_built_in() {
+        let near = ["--method", "ip-local-search", "--used-distance", "3", "--direction-distance", "12"];
+        let words = [&["--boxes", "few.txt", "--space", "60,60,100", "--fill", "file"][..], &near].concat();
+        let few = document(at, &words);
+        assert_eq!((few["value"].as_f64(), few["method"].as_str()), (Some(6.0), Some("ip-local-search")));
+    }
     for (method, _) in built_in.filter(|(name, _)| *name != "tabu") {
         let few = document(at, &["--boxes", "few.txt", "--space", "60,60,100", "--fill", "file", "--method", method]);
         assert_eq!((few["value"].as_f64(), few["ended"].as_str()), (Some(6.0), Some("proved")), "{method}");
     }
+}
+
+/// Two cubes beside each other and one on them; a box that stays upright; values; pictures and plates as with the other goals.
+#[test]
+fn the_lowest_run_of_a_base() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "cube.stl", &[block([0.0; 3], [20.0, 20.0, 20.0])]);
+    let words = ["cube.stl*3", "--space", "41,20", "--goal", "height", "-o", "out", "--view", "low.svg", "--time", "1"];
+    let done = document(at, &words);
+    let figure = |done: &Value, name: &str| done[name].as_f64().unwrap();
+    assert_eq!((done["goal"].as_str(), done["runs"].as_u64()), (Some("height"), Some(1)));
+    assert!((figure(&done, "height_mm") - 41.0).abs() < 1e-3, "{done}");
+    assert!(
+        figure(&done, "height_lower_bound_mm") <= 41.0 && numbers(&done["space_mm"])[2] == figure(&done, "height_mm")
+    );
+    assert!((figure(&done["plates"][0], "fill") - 24000.0 / (41.0 * 20.0 * figure(&done, "height_mm"))).abs() < 1e-6);
+    assert!(at.join("out/plate-01.3mf").is_file() && at.join("low.svg").is_file());
+    for (text, high) in
+        [("30 20 10\n", 10.0), ("30 20 10 up\n", 10.0), ("10 30 20 1 1 up\n", 20.0), ("10 30 20 1 1\n", 10.0)]
+    {
+        std::fs::write(at.join("b.txt"), text).unwrap();
+        let done = document(at, &["--boxes", "b.txt", "--space", "30,30", "--goal", "height", "--turn", "any"]);
+        assert_eq!((figure(&done, "height_mm"), done["ended"].as_str()), (high, Some("proved")), "{text}");
+    }
+    let filled = document(at, &["cube.stl*3", "--space", "41,20,30", "--goal", "fill"]);
+    assert_eq!((filled["goal"].as_str(), figure(&filled, "value").round()), (Some("filling"), 16000.0));
+    std::fs::write(at.join("b.txt"), "10 30 20 1 1 up\n").unwrap();
+    let upright = refused(at, &["--boxes", "b.txt", "--space", "30,30,19", "--turn", "any"]);
+    assert!(
+        upright.contains("30 x 30 x 19 mm upright, at any quarter turn") && upright.contains("remove `up`"),
+        "{upright}"
+    );
+}
+
+/// A ball of 5,000 facets is packed as one of a few hundred: as many fit, and the answer is tested on the ball itself. Where only the ball itself fits, that is said.
+#[test]
+fn inflated_models_are_packed_by_coarser_meshes() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "ball.stl", &[ball(20.0, 72, 36)]);
+    let words = ["ball.stl*8", "--space", "85,85,85", "--turn", "z90", "--time", "2", "-o", "out"];
+    let done = document(at, &[&words[..], &["--inflate", "0.4"]].concat());
+    let coarse = &done["inflated"];
+    let facets = |name: &str| coarse[name].as_u64().unwrap();
+    assert!(facets("facets") == 5040 && facets("packed_facets") * 4 < facets("facets"), "{coarse}");
+    assert!(coarse["raised_mm"].as_f64().unwrap() <= 0.4);
+    assert_eq!((done["runs"].as_u64(), done["plates"][0]["items"].as_array().unwrap().len()), (Some(1), 8));
+    assert_eq!(read(&at.join("out/plate-01.3mf"))[0].facets().len(), 5040);
+    let plain = document(at, &words);
+    assert!(
+        plain["inflated"].is_null() && plain["runs"].as_u64() == Some(1) && plain["lower_bound"] == done["lower_bound"]
+    );
+    let tight = ["ball.stl", "--space", "40.01,40.01,40.01"];
+    assert_eq!(document(at, &tight)["runs"].as_u64(), Some(1));
+    assert!(refused(at, &[&tight[..], &["--inflate", "0.4"]].concat()).contains("only as it is"));
 }
 
 #[test]
@@ -188,7 +250,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     std::fs::write(at.join("many.txt"), "10 10 10 61\n").unwrap();
     std::fs::write(at.join("file"), "in the way").unwrap();
     let space = ["--space", "50,50,50"];
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 29] = [
         (
             &["cube.stl", "--space", "25,25,100"],
             &["cube.stl: 20 x 30 x 40 mm does not fit", "25 x 25 x 100", "--turn any"],
@@ -206,6 +268,24 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&["cube.stl", space[0], space[1], "--method", "anneal"], &["--fill volume"]),
         (&["cube.stl", space[0], space[1], "--fill", "1,2"], &["fill 1,2", "1 numbers"]),
         (&["cube.stl", "--space", "50,50,0"], &["--space", "got 0 mm"]),
+        (&["cube.stl", space[0], space[1], "--inflate", "-1"], &["--inflate", "got -1 mm"]),
+        (&["cube.stl", "-m", "generic-ac", "--inflate", "1"], &["inflate", "leave out --inflate"]),
+        (&["--boxes", "many.txt", space[0], space[1], "--inflate", "1"], &["inflate", "leave out --inflate"]),
+        (
+            &["cube.stl", space[0], space[1], "--used-distance", "2", "--direction-distance", "9"],
+            &["method auto", "--method ip-local-search"],
+        ),
+        (&["cube.stl", "--space", "50,50"], &["goal runs", "--space X,Y,Z"]),
+        (&["cube.stl", "--space", "50,50", "--goal", "fill"], &["goal fill", "--space X,Y,Z"]),
+        (&["cube.stl", "-m", "generic-ac", "--goal", "height"], &["goal height", "--space X,Y"]),
+        (&["cube.stl", space[0], space[1], "--goal", "hight"], &["--goal hight", "height"]),
+        (&["cube.stl", space[0], space[1], "--goal", "runs", "--fill", "volume"], &["goal runs", "--goal fill"]),
+        (&["cube.stl", "--space", "25,25", "--goal", "height"], &["20 x 30 x 40 mm does not fit", "25 x 25 mm"]),
+        (
+            &["cube.stl*2", "--space", "25,35,80.9", "--goal", "height"],
+            &["within 80.9 mm", "lower than", "--space X,Y"],
+        ),
+        (&["cube.stl", space[0], space[1], "--goal", "height", "--method", "tabu"], &["--method auto"]),
         (&["--boxes", "b.txt", space[0], space[1]], &["b.txt, line 2", "10 20", "20 30 15"]),
         (
             &["--boxes", "many.txt", space[0], space[1], "--method", "ip"],

@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 45] = [
+const CALLS: [(i32, &str); 48] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -32,6 +32,7 @@ const CALLS: [(i32, &str); 45] = [
     (0, "plan cube.stl -m generic-ac --all"),
     (1, "plan caged.stl -m generic-ac"),
     (0, "split tee.stl -m generic-ac -o parts.3mf"),
+    (0, "split tee.stl --convex -o pieces.3mf"),
     (1, "split tee.stl -m generic-ac -o none.3mf --max-cuts 1"),
     (0, "prepare cube.stl -m generic-ac --slicer builtin -o cube.gcode --plan-out cube.json --dry-run cold.gcode"),
     (0, "prepare tee.stl -m generic-ac --slicer builtin -o tee.gcode --way cut"),
@@ -57,6 +58,8 @@ const CALLS: [(i32, &str); 45] = [
     (0, "support hook.stl --unit mm"),
     (0, "pack cube.stl*2 tee.stl --space 100,100,100 --unit mm"),
     (0, "pack --boxes boxes.txt --space 40,40,40 --fill volume"),
+    (0, "pack --boxes boxes.txt --space 40,40 --goal height"),
+    (0, "pack tee.stl*2 --space 100,100,100 --inflate 0.1 --unit mm"),
     (0, "profile list"),
     (0, "profile show own.toml"),
     (0, "profile check generic-ac"),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use trunnion::mesh::stl_binary;
+use trunnion::mesh::{ReadOptions, Repair, read_model, stl_binary};
 
 use super::solids::{self, Shape};
 use crate::support::{fails, first_error, folder, said, states, trunnion};
@@ -152,4 +152,61 @@ fn what_needs_nothing_comes_back_whole() {
     let (code, ..) =
         run(&written(folder.path(), "tee.stl", &solids::tee()), &output, &["--max-cuts", "1", "--allow", "260"]);
     assert_eq!(code, Some(0));
+}
+
+/// A tee is two boxes: two convex pieces or a few more, whose hulls hold each facet, have the tee's volume but for the joint, and are closed bodies in the
+/// file. What is convex is one piece.
+#[test]
+fn convex_pieces_hold_the_surface() {
+    let folder = folder();
+    let convex = |name: &str, shape: &Shape, more: &[&str]| -> (Value, Vec<trunnion::mesh::TriangleMesh>) {
+        let model = written(folder.path(), name, shape);
+        let output = folder.path().join("pieces.3mf");
+        let run =
+            trunnion().args(["split", &model, "--convex", "--json", "-o"]).arg(&output).args(more).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+        let bytes = std::fs::read(&output).unwrap();
+        let model = read_model(&bytes, "pieces.3mf", &ReadOptions { repair: Repair::Off, ..ReadOptions::default() });
+        let parts = model.unwrap().parts.into_iter().map(|part| part.mesh).collect();
+        (serde_json::from_slice(&run.stdout).unwrap(), parts)
+    };
+    let tee = solids::tee();
+    let (done, hulls) = convex("tee.stl", &tee, &[]);
+    let pieces = done["pieces"].as_array().unwrap();
+    let bodies = pieces.iter().filter(|piece| piece["flat"] == false).count();
+    assert!(hulls.len() == bodies && bodies > 1, "{done}");
+    let facets: u64 = pieces.iter().map(|piece| piece["facets"].as_u64().unwrap()).sum();
+    assert_eq!(facets as usize, tee.mesh().facets().len());
+    for (piece, hull) in pieces.iter().filter(|piece| piece["flat"] == false).zip(&hulls) {
+        assert!((piece["volume_mm3"].as_f64().unwrap() - hull.volume()).abs() < 1e-3, "{piece}");
+        assert!(piece["concavity_mm"].as_f64() <= done["concavity_mm"].as_f64());
+    }
+    for corner in tee.mesh().vertices() {
+        let within = |hull: &trunnion::mesh::TriangleMesh| {
+            let bounds = hull.bounds().inflated(1e-4);
+            (0..3).all(|k| bounds.min[k] <= corner[k] && corner[k] <= bounds.max[k])
+        };
+        assert!(hulls.iter().any(within), "{corner}");
+    }
+    // Far from convex is near enough: one hull of everything.
+    let (one, whole) = convex("tee.stl", &tee, &["--concavity", "1000"]);
+    assert!(whole.len() == 1 && whole[0].volume() > done["model_volume_mm3"].as_f64().unwrap() * 1.2, "{one}");
+    let model = folder.path().join("tee.stl").display().to_string();
+    for (more, code) in [
+        (&["--convex", "--concavity", "-1"][..], "setting/out-of-range"),
+        (&["--concavity", "1"], "command/usage"),
+        (&["--convex", "--strict"], "command/usage"),
+        (&[], "command/usage"),
+    ] {
+        let run = trunnion()
+            .args(["split", &model, "-o", "none.3mf"])
+            .args(more)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(run.status.code(), Some(2), "{more:?}");
+        let text = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(first_error(&text).0 == code || code == "command/usage", "{more:?}: {text}");
+        assert!(!folder.path().join("none.3mf").exists());
+    }
 }
