@@ -17,6 +17,8 @@ const ROUND: usize = 1500;
 const LONGEST_ROUND: usize = 48_000;
 /// Where heights are not few, the least step is such a part of the height.
 const STEPS_IN_HEIGHT: i64 = 1000;
+/// How much more may be left out at the warmest, of the volume of all boxes.
+const WARMEST: f64 = 0.002;
 /// What a round may begin with.
 const BEGINNINGS: usize = 3;
 /// Keys by which the first orders are sorted: see [`Way::first`].
@@ -141,12 +143,13 @@ impl Search<'_> {
         }
         let mut value = here.value(ready, &mut run, rule, watch);
         self.keep(&here, rule, &run);
-        let warmest = 0.02 * self.all;
+        let warmest = WARMEST * self.all;
         for step in 0..round {
             if self.least() <= aim {
                 return true;
             }
-            if !watch.spend(1) {
+            // A high run has many empty boxes: an order takes about twice the time of one for a single run.
+            if !watch.spend(ready.sizes.len() as u64) {
                 return false;
             }
             let warm = warmest * (1.0 - step as f64 / round as f64).powi(3);

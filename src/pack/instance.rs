@@ -95,6 +95,16 @@ pub enum PackGoal {
     Height,
 }
 
+/// How far from the best packing the integer program's local search goes: the Hamming distance of the program's zero-one variables (Leitereg 2020,
+/// "Local search using IP", `used_d` and `dir_d`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Neighbourhood {
+    /// Boxes that may come or go, at most.
+    pub used: u32,
+    /// Relations that may change between boxes that are used, six for each pair, at most.
+    pub directions: u32,
+}
+
 /// Why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {

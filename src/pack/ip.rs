@@ -12,8 +12,7 @@ use microlp::{
 };
 
 use super::check::check;
-use super::instance::{Instance, PackGoal, Placed, Triple, height};
-use super::method::Near;
+use super::instance::{Instance, Neighbourhood, PackGoal, Placed, Triple, height};
 use super::watch::Watch;
 
 /// Nodes of the solver's tree between two questions whether to go on.
@@ -57,7 +56,7 @@ pub(super) fn solve(
     goal: PackGoal,
     start: &[Placed],
     bound: f64,
-    near: Option<Near>,
+    near: Option<Neighbourhood>,
     watch: &mut Watch<'_>,
 ) -> Solved {
     let nothing = Solved { better: None, bound: None, proved: false };
@@ -263,7 +262,7 @@ impl<'a> Model<'a> {
     }
 
     /// Not farther from the values than `near` says.
-    fn keep_near(&mut self, values: &[(Variable, f64)], near: Near) {
+    fn keep_near(&mut self, values: &[(Variable, f64)], near: Neighbourhood) {
         let known: std::collections::HashMap<usize, f64> = values.iter().map(|(v, value)| (v.idx(), *value)).collect();
         let was = |variable: Variable| known.get(&variable.idx()).copied().unwrap_or(0.0) > 0.5;
         let change = |all: &[Variable]| {
@@ -376,7 +375,7 @@ mod tests {
         let value = |used, directions, start: &[Placed]| {
             let mut asked = |_| None;
             let mut watch = Watch::new(10_000_000, &mut asked);
-            let near = Some(Near { used, directions });
+            let near = Some(Neighbourhood { used, directions });
             let solved = solve(&instance, PackGoal::Filling, start, 15.0, near, &mut watch);
             solved.better.map(|placed| instance.value(&placed))
         };

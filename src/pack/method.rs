@@ -5,7 +5,7 @@ use super::empty::fewer;
 use super::fill::{Ready, first_fit};
 use super::filling::fullest;
 use super::height::lowest;
-use super::instance::{BoxPacking, Ended, Instance, Item, PackGoal, Placed, height, volume};
+use super::instance::{BoxPacking, Ended, Instance, Item, Neighbourhood, PackGoal, Placed, height, volume};
 #[cfg(feature = "integer-program")]
 use super::ip::solve;
 use super::tabu::tabu;
@@ -13,16 +13,6 @@ use super::watch::Watch;
 
 /// Boxes that are given to the integer program, at most: beyond that not even the first relaxation is solved in a minute.
 pub const MOST_BOXES: usize = 60;
-
-/// How far from the best packing the integer program's local search goes: the Hamming distance of the program's zero-one variables (Leitereg 2020,
-/// "Local search using IP", `used_d` and `dir_d`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Near {
-    /// Boxes that may come or go, at most.
-    pub used: u32,
-    /// Relations that may change between boxes that are used, six for each pair, at most.
-    pub directions: u32,
-}
 
 /// How boxes are packed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,7 +25,7 @@ pub enum Method {
     /// The same, near the best that is known, again and again.
     IpLocalSearch,
     /// The same with a neighbourhood of the caller's own.
-    IpNear(Near),
+    IpNear(Neighbourhood),
     /// Tabu search; for the least number of runs.
     Tabu,
     /// Models as a few boxes each.
@@ -113,8 +103,11 @@ pub enum Unpackable {
 const BEFORE_IP: u64 = 300_000;
 /// The neighbourhoods of the local search, one after the other, where none is given (Leitereg 2020, chapter 4).
 #[cfg(feature = "integer-program")]
-const NEIGHBOURHOODS: [Near; 3] =
-    [Near { used: 2, directions: 30 }, Near { used: 5, directions: 20 }, Near { used: 8, directions: 10 }];
+const NEIGHBOURHOODS: [Neighbourhood; 3] = [
+    Neighbourhood { used: 2, directions: 30 },
+    Neighbourhood { used: 5, directions: 20 },
+    Neighbourhood { used: 8, directions: 10 },
+];
 
 /// Packs boxes: all in the least number of runs, the most value in one, or all in one as low as can be. The same seed and steps give the same packing.
 ///
@@ -251,7 +244,7 @@ impl Search<'_> {
 
     #[cfg(feature = "integer-program")]
     /// From neighbourhood to neighbourhood, until none has anything better.
-    fn nearby(&self, mut best: Vec<Placed>, bound: f64, near: &[Near], watch: &mut Watch<'_>) -> BoxPacking {
+    fn nearby(&self, mut best: Vec<Placed>, bound: f64, near: &[Neighbourhood], watch: &mut Watch<'_>) -> BoxPacking {
         let mut tried = 0;
         while tried < near.len() && watch.goes_on() && !self.meets(&best, bound) {
             match solve(self.instance, self.goal, &best, bound, Some(near[tried]), watch).better {

@@ -58,9 +58,11 @@ pub use apart::{Clash, ROUNDING_MM, apart};
 pub use askew::Askew;
 pub use bound::{fewest_runs, least_height, most_value};
 pub use check::{PackFault, check};
-pub use instance::{BoxPacking, Ended, Instance, Item, LONGEST, PackGoal, Placed, Triple, Turns, height, volume};
+pub use instance::{
+    BoxPacking, Ended, Instance, Item, LONGEST, Neighbourhood, PackGoal, Placed, Triple, Turns, height, volume,
+};
 pub use lift::{Lift, lift};
-pub use method::{MOST_BOXES, Method, Near, Unpackable, pack};
+pub use method::{MOST_BOXES, Method, Unpackable, pack};
 pub use models::{Packed, pack_models, packing_bound};
 pub use solid::{PackSolid, Put, Room, axis_and_angle};
 pub use table::{Spot, on_table};

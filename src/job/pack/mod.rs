@@ -14,8 +14,8 @@ use crate::input::load_unposed;
 use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, load_profile};
 use crate::mesh::is_overlap;
 use crate::pack::{
-    Askew, Clash, Ended, Method, Near, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart, lift,
-    pack_models,
+    Askew, Clash, Ended, Method, Neighbourhood, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart,
+    lift, pack_models,
 };
 use crate::spelling::nearest;
 use crate::world::World;
@@ -168,7 +168,7 @@ impl<'a> Asked<'a> {
         let turns = named("turn", &options.turn, &Turns::NAMED)?.0;
         let (method, name) = named("method", &options.method, &Method::NAMED)?;
         let method = match (method, options.near) {
-            (Method::IpLocalSearch, Some([used, directions])) => Method::IpNear(Near { used, directions }),
+            (Method::IpLocalSearch, Some([used, directions])) => Method::IpNear(Neighbourhood { used, directions }),
             (_, None) => method,
             (_, Some(_)) => {
                 let why =

@@ -86,13 +86,13 @@ fn cut(seed: u64, count: usize, high: i64) -> Instance {
 }
 
 #[test]
-fn a_block_cut_into_boxes_is_nearly_as_low_again() {
+fn a_block_cut_into_boxes_comes_near_its_height_again() {
     let mut off = Vec::new();
     for (seed, count) in seeds(4, 20).flat_map(|seed| [(seed, 8), (seed, 20), (seed, 40)]) {
         let instance = cut(seed, count, 80);
         assert_eq!(least_height(&instance), 80, "{seed}");
         let few = lowest(&instance, Method::Auto, 1).unwrap();
-        let many = lowest(&instance, Method::Auto, 400_000).unwrap();
+        let many = lowest(&instance, Method::Auto, 800_000).unwrap();
         let [start, end] = [few, many].map(|answer| height(&answer.placed));
         assert!(end <= start && end >= 80);
         off.push((count, start, end));
@@ -100,7 +100,8 @@ fn a_block_cut_into_boxes_is_nearly_as_low_again() {
     let worst = off.iter().map(|o| o.2).max().unwrap();
     let mean = |pick: fn(&(usize, i64, i64)) -> i64| off.iter().map(pick).sum::<i64>() as f64 / off.len() as f64;
     note(&format!("heights of blocks of 80, begun with and found: {off:?}"));
-    assert!(worst <= 92 && mean(|o| o.2) < mean(|o| o.1) - 5.0, "{off:?}");
+    assert!(worst <= 110 && mean(|o| o.2) < mean(|o| o.1) - 10.0, "{off:?}");
+    assert!(off.iter().all(|o| o.0 > 8 || o.2 <= 88), "{off:?}");
 }
 
 #[test]

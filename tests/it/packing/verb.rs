@@ -187,10 +187,7 @@ fn the_lowest_run_of_a_base() {
     assert_eq!((filled["goal"].as_str(), figure(&filled, "value").round()), (Some("filling"), 16000.0));
     std::fs::write(at.join("b.txt"), "10 30 20 1 1 up\n").unwrap();
     let upright = refused(at, &["--boxes", "b.txt", "--space", "30,30,19", "--turn", "any"]);
-    assert!(
-        upright.contains("30 x 30 x 19 mm upright, at any quarter turn") && upright.contains("remove `up`"),
-        "{upright}"
-    );
+    assert!(upright.contains("30 x 30 x 19 mm upright") && upright.contains("remove `up`"), "{upright}");
 }
 
 /// A ball of 5,000 facets is packed as one of a few hundred: as many fit, and the answer is tested on the ball itself. Where only the ball itself fits, that is said.
@@ -213,7 +210,7 @@ fn inflated_models_are_packed_by_coarser_meshes() {
     );
     let tight = ["ball.stl", "--space", "40.01,40.01,40.01"];
     assert_eq!(document(at, &tight)["runs"].as_u64(), Some(1));
-    assert!(refused(at, &[&tight[..], &["--inflate", "0.4"]].concat()).contains("only as it is"));
+    assert!(refused(at, &[&tight[..], &["--inflate", "0.4"]].concat()).contains("leave out --inflate"));
 }
 
 #[test]

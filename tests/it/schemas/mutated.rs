@@ -103,7 +103,8 @@ fn is_optional(at: &str) -> bool {
     let key = at.rsplit('/').next().unwrap();
     // Of a plan's supports; the figures of those that were laid always have it.
     let in_plan = key == "brace_mm" && at.contains("/prints/");
-    OPTIONAL.contains(&key) || IN_PROFILES.contains(&key) || key == "points_mm" || in_plan
+    let of_a_goal = ["/height_mm", "/height_lower_bound_mm", "/inflated"].contains(&at);
+    of_a_goal || OPTIONAL.contains(&key) || IN_PROFILES.contains(&key) || key == "points_mm" || in_plan
 }
 
 /// Every document of `made` with every change: file, what was done, where, document.
