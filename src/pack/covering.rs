@@ -228,8 +228,8 @@ mod tests {
             (covered, asked)
         };
         let (covered, all) = asks(usize::MAX);
-        assert!(covered && all > 20, "{all}");
-        for last in [1, 2, all / 2, all] {
+        assert!(covered && all > 2, "{all}");
+        for last in [1, 2, all] {
             assert_eq!(asks(last), (false, last));
         }
     }

@@ -189,7 +189,7 @@ pub(in crate::cli) struct Pack {
     /// Time limit [default: a step limit, the same on every machine]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(in crate::cli) time: Option<f64>,
-    /// Pack coarser meshes around the models, their vertices raised by at most this much: faster for models with many facets
+    /// Pack coarser meshes around the models, their vertices raised by at most this much; the result is tested on the models themselves
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) inflate: Option<f64>,
     /// Require that models lift straight out, one after the other

@@ -161,7 +161,7 @@ impl OrientAsked {
         found = without_ties(found, f, facets, self.settings.layer_mm, tried);
         let reached = found.lower_bound.filter(|bound| bound.is_finite());
         let best = found.minima[0].value;
-        let lower_bound = reached.filter(|bound| best - bound <= (LOOSE * best.abs()).max(tie));
+        let lower_bound = reached.filter(|bound| best - bound <= (LOOSE * best.abs()).max(tie).max(ROUNDING));
         let found = Found { lower_bound, ..found };
         let unproved = match (found.lower_bound, search.name()) {
             (Some(_), _) => None,
@@ -180,6 +180,8 @@ impl OrientAsked {
 
 /// A bound that is farther below the best value, relative, says nothing of it and is not told.
 const LOOSE: f64 = 0.25;
+/// Beside a best value of 0 a bound is off by rounding, mm, mm² or mm³.
+const ROUNDING: f64 = 1e-6;
 
 /// A direction that the user gives.
 fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
