@@ -98,7 +98,7 @@ pub fn cube() -> Fixture {
 }
 
 /// An upright box with a horizontal one on its side, which needs the table tilted by 90 degrees
-/// (seed 004 sec. 5.4, first study, figure 7).
+/// (Ramos et al. (2021) sec. 5.4, first study, figure 7).
 pub fn two_boxes() -> Fixture {
     let post = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, 60.0));
     let beam = solid_box(Vec3::new(10.0, -10.0, 40.0), Vec3::new(40.0, 10.0, 60.0));
@@ -106,7 +106,7 @@ pub fn two_boxes() -> Fixture {
 }
 
 /// A post, a horizontal beam and two uprights on it, too near for a head between them, so that they must be printed
-/// together (seed 004 sec. 5.4, second study, figure 6, after Ding et al.).
+/// together (Ramos et al. (2021) sec. 5.4, second study, figure 6, after Ding et al.).
 pub fn ding() -> Fixture {
     let post = solid_box(Vec3::new(-15.0, -15.0, 0.0), Vec3::new(15.0, 15.0, 60.0));
     let beam = solid_box(Vec3::new(15.0, -10.0, 35.0), Vec3::new(65.0, 10.0, 55.0));
@@ -136,13 +136,13 @@ const TOP: f64 = 110.0;
 const SIDES: [usize; 3] = [186, 420, 478];
 /// Where each arm leaves the stem and where its upright stands: `(z, x)` in mm, lowest and outermost first.
 const LEVELS: [(f64, f64); 4] = [(26.0, 80.0), (44.0, 60.0), (62.0, 40.0), (80.0, 20.0)];
-/// First piece, upright, side of the stem and level of the box arms, numbered as in seed 004 figures 8 and 13.
+/// First piece, upright, side of the stem and level of the box arms, numbered as in Ramos et al. (2021) figures 8 and 13.
 const BOX_ARMS: [(usize, usize, f64, usize); 4] = [(3, 2, 1.0, 0), (5, 4, 1.0, 2), (7, 6, -1.0, 0), (8, 9, -1.0, 2)];
 /// The same of the smooth arms.
 const SMOOTH_ARMS: [(usize, usize, f64, usize); 4] =
     [(11, 10, 1.0, 1), (13, 12, 1.0, 3), (15, 14, -1.0, 1), (17, 16, -1.0, 3)];
 
-/// The candelabrum of seed 004 sec. 5.4, figure 8, reconstructed: 18 parts, 15,190 facets.
+/// The candelabrum of Ramos et al. (2021) sec. 5.4, figure 8, reconstructed: 18 parts, 15,190 facets.
 ///
 /// Part 0 is the base and 1 the stem. Each arm's first piece leaves the stem 20 degrees above the horizontal, so
 /// that its build direction `(±cos 20°, 0, sin 20°)` needs the table tilted by 70 degrees; its second is upright.
@@ -157,7 +157,7 @@ pub fn candelabrum() -> Fixture {
         parts.push((upright, format!("box upright {upright}"), standing));
     }
     for (first, upright, side, level) in SMOOTH_ARMS {
-        // One upright has a side more and one lid fanned about its centre: it makes the sum that the seed states.
+        // One upright has a side more and one lid fanned about its centre: it makes the sum that the paper states.
         let odd = upright == 16;
         let (slanted, standing) = smooth_arm(side, LEVELS[level], SIDES[2] + usize::from(odd), odd);
         parts.push((first, format!("smooth arm {first}"), slanted));
@@ -456,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn the_candelabrum_has_the_facets_and_parts_of_the_seed() {
+    fn the_candelabrum_has_the_facets_and_parts_of_the_paper() {
         let model = model(&candelabrum());
         let facets: Vec<usize> = model.parts.iter().map(|part| part.mesh.facets().len()).collect();
         assert_eq!(facets.iter().sum::<usize>(), 15_190);

@@ -92,6 +92,9 @@ pub(crate) fn orient(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDi
         machine: given.named("profile")?.map(machine),
         up: given.vector("up")?,
         resolution_mm: given.number("resolution_mm")?,
+        smooth_k: given.number("smooth_k")?.unwrap_or(usual.smooth_k),
+        smooth_w: given.number("smooth_w")?.unwrap_or(usual.smooth_w),
+        carrying_deg: given.number("carrying_deg")?.unwrap_or(usual.carrying_deg),
         contact_mm2: given.number("contact_area_min_mm2")?,
         compare: given.flag("compare")?,
     };

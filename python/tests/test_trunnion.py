@@ -100,6 +100,8 @@ class Documents(Folder):
              ["--objective", "staircase", "--method", "multistart", "--seed", "7", "--budget", "500", "--whole"]),
             ({"profile": "fibr3d", "up": (0, 1, 1), "contact_area_min_mm2": 2.5, "resolution_mm": 1},
              ["-m", "fibr3d", "--up", "0,1,1", "--contact-area-min", "2.5", "--resolution", "1"]),
+            ({"objective": "support-volume", "smooth_k": 8, "smooth_w": 9, "carrying_deg": 30},
+             ["--objective", "support-volume", "--smooth-k", "8", "--smooth-w", "9", "--carrying", "30"]),
         ]  # fmt: skip
         for keywords, flags in cases:
             with self.subTest(flags=flags):

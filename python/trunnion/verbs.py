@@ -83,6 +83,9 @@ def orient(
     profile: Optional[ProfileLike] = None,
     up: Optional[Vector] = None,
     resolution_mm: Optional[float] = None,
+    smooth_k: Optional[float] = None,
+    smooth_w: Optional[float] = None,
+    carrying_deg: Optional[float] = None,
     contact_area_min_mm2: Optional[float] = None,
     compare: bool = False,
     output: Optional[Path] = None,
@@ -106,6 +109,8 @@ def orient(
         profile: machine whose process settings are used for print time and filament.
         up: also rate this pose: the direction in the model's coordinates that points up, any length but 0.
         resolution_mm: width of the columns that support volumes are measured by.
+        smooth_k, smooth_w, carrying_deg: smoothing of support-volume, interface-area and support-volume-convex-smooth: steepness of the steps,
+            weight of the lowest points (per mm), and from which angle from the vertical on surfaces that face up carry supports.
         contact_area_min_mm2: only directions whose first layer lies on the bed with at least this much.
         compare: also the model as it lies beside each best.
         output: write the parts with the best direction up (STL, 3MF by its ending).
@@ -121,7 +126,8 @@ def orient(
     given = _given(
         objective=[objective] if isinstance(objective, str) else _list("objective", objective), method=method,
         parts=_list("parts", parts), whole=whole, budget=budget, seed=seed, overhang_deg=overhang_deg, layer_mm=layer_mm,
-        profile=None if profile is None else named_profile(profile), up=up, resolution_mm=resolution_mm,
+        profile=None if profile is None else named_profile(profile), up=up, resolution_mm=resolution_mm, smooth_k=smooth_k,
+        smooth_w=smooth_w, carrying_deg=carrying_deg,
         contact_area_min_mm2=contact_area_min_mm2, compare=compare, output=_path(output), landscape=_path(landscape), view=_path(view),
         unit=unit, repair=repair, threads=threads,
     )  # fmt: skip

@@ -37,7 +37,7 @@
 //!   neither stays whole, [`fit_or_join`] makes them one solid.
 //!
 //! [`join`] makes solids of parts that touch or overlap instead; [`as_printed`] does with a project's volumes what its slicer does. Besides
-//! ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
+//! ([`upright`], [`up_on`], [`stands`], [`in_rows`]): which way a model stands, and where several stand beside each other.
 //!
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
 
@@ -50,7 +50,7 @@ mod standing;
 mod tests;
 
 pub use away::as_printed;
-pub use standing::{in_rows, up_on, upright};
+pub use standing::{in_rows, stands, up_on, upright};
 
 use std::collections::BTreeSet;
 

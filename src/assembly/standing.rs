@@ -7,6 +7,8 @@ use crate::mesh::{Model, Part, TriangleMesh};
 const LAID_FLAT_DEG: f64 = 1.0;
 /// Facets of one face, degrees.
 const ONE_FACE_DEG: f64 = 0.1;
+/// Nothing stands on less, mm².
+const LEAST_STAND_MM2: f64 = 1.0;
 /// What may lie below the face that a model stands on, mm: what still stands on the table.
 const BELOW_MM: f64 = crate::mesh::TABLE_GAP_MM;
 
@@ -30,6 +32,21 @@ pub fn up_on(model: &Model, part: usize) -> Option<Vec3> {
     let below = |face: &Face| face.at.dot(&-face.normal) - lowest(&model.parts, &-face.normal);
     let standing = faces(std::iter::once(&model.parts[part].mesh)).into_iter().filter(|face| below(face) <= BELOW_MM);
     standing.max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2)).map(|face| -face.normal)
+}
+
+/// The directions that are up where the model stands on a face, the one with the largest area on the table first; +Z before all
+/// where it stands so as it was drawn. Faces of several parts in one plane count together.
+///
+/// Faces smaller than 1 mm² are left out. Empty for a model without plane faces that have nothing below them.
+pub fn stands(model: &Model) -> Vec<Vec3> {
+    let below = |face: &Face| face.at.dot(&-face.normal) - lowest(&model.parts, &-face.normal);
+    let all = faces(model.parts.iter().map(|part| &part.mesh)).into_iter();
+    let mut standing: Vec<Face> =
+        all.filter(|face| below(face) <= BELOW_MM && face.area_mm2 >= LEAST_STAND_MM2).collect();
+    let drawn = |face: &Face| -face.normal.z > ONE_FACE_DEG.to_radians().cos();
+    standing.sort_by(|a, b| drawn(b).cmp(&drawn(a)).then(b.area_mm2.total_cmp(&a.area_mm2)));
+    // Adding 0 turns the negative one round.
+    standing.into_iter().map(|face| Vec3::from_fn(|axis, _| 0.0 - face.normal[axis])).collect()
 }
 
 /// How far down the model reaches along `up`, mm.
@@ -124,6 +141,28 @@ mod tests {
         assert!((laid.bounds().size().z - 30.0).abs() < 1e-12, "0.6 degrees are laid flat");
         let slanted = bar.parts[0].mesh.moved(&upright(&bar.parts, Vec3::new(1.0, 0.1, 0.0)));
         assert!((slanted.bounds().size().z - (30.0 + 1.0) / 1.01f64.sqrt()).abs() < 1e-9, "5.7 degrees are meant");
+    }
+
+    #[test]
+    fn every_face_with_nothing_below_it_is_stood_on_once_as_drawn_first() {
+        // An L of two parts whose undersides lie in one plane: its two slots of air are no faces to stand on.
+        let l = model(vec![
+            solid_box(Vec3::zeros(), Vec3::new(10.0, 10.0, 40.0)),
+            solid_box(Vec3::new(10.0, 0.0, 0.0), Vec3::new(50.0, 10.0, 10.0)),
+        ]);
+        let ups: Vec<[f64; 3]> = stands(&l).iter().map(|up| [up.x, up.y, up.z]).collect();
+        // By area: both sides of the L, 800 mm2; its back, 400; the post's top and the arm's end, 100.
+        assert_eq!(ups[0], [0.0, 0.0, 1.0]);
+        assert_eq!(ups[1..3].iter().map(|up| up[1].abs()).collect::<Vec<_>>(), [1.0, 1.0]);
+        assert_eq!(ups[3], [1.0, 0.0, 0.0]);
+        assert_eq!(ups.len(), 6, "{ups:?}");
+        assert!(ups[4..].contains(&[0.0, 0.0, -1.0]) && ups[4..].contains(&[-1.0, 0.0, 0.0]), "{ups:?}");
+        // A needle stands on nothing.
+        let needle = TriangleMesh::new(
+            vec![Vec3::zeros(), Vec3::new(0.1, 0.0, 9.0), Vec3::new(0.0, 0.1, 9.0), Vec3::new(-0.1, -0.1, 9.0)],
+            vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]],
+        );
+        assert!(stands(&model(vec![needle])).is_empty());
     }
 
     #[test]

@@ -44,6 +44,9 @@ impl Verb {
             machine: self.profile.as_deref().map(MachineSource::from),
             up: self.up.map(|up| up.0),
             resolution_mm: self.resolution,
+            smooth_k: self.smooth_k,
+            smooth_w: self.smooth_w,
+            carrying_deg: self.carrying,
             contact_mm2: self.contact_area_min,
             compare: self.compare,
         })

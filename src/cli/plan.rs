@@ -97,16 +97,17 @@ pub(super) fn search(made: &PlanResult, console: &Console) {
 
 /// `--all`: every sequence, as it is found.
 fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Failure> {
-    let mut listed: Vec<Vec<TimeSlot>> = Vec::new();
-    let done = job::sequences(request, most, &console.world(), |slots| {
+    let (mut listed, mut ups): (Vec<Vec<TimeSlot>>, Vec<[f64; 3]>) = Default::default();
+    let done = job::sequences(request, most, &console.world(), |up, slots| {
         if console.json() {
             listed.push(slots);
+            ups.extend(up);
         } else {
-            console.result(&text::sequence(&slots));
+            console.result(&text::sequence(up, &slots));
         }
     })?;
     if console.json() {
-        console.document(&document::sequences(&listed, &done));
+        console.document(&document::sequences(&listed, &ups, &done));
     } else {
         console.note(&text::listed(&done));
     }

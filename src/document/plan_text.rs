@@ -8,14 +8,15 @@ use crate::planning::{PartDroop, Print, TimeSlot};
 use crate::spelling::{counted, part_named};
 use crate::strategy::{Terms, WISH, Way};
 
-/// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
-pub fn sequence(slots: &[TimeSlot]) -> String {
+/// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`, behind how the model stands where that differs.
+pub fn sequence(up: Option<[f64; 3]>, slots: &[TimeSlot]) -> String {
+    let stands = up.map_or_else(String::new, |[x, y, z]| format!("up {x:.4},{y:.4},{z:.4}: "));
     let setup = |prints: &Vec<&Print>| {
         let parts: Vec<String> = prints.iter().map(part).collect();
         format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
     };
     let slot = |slot: &TimeSlot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
-    slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
+    stands + &slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
 }
 
 /// A print by its part.

@@ -94,9 +94,14 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
     order.into_iter().map(row).collect()
 }
 
-/// `trunnion plan --all`: the sequences, and whether they are all.
-pub fn sequences(listed: &[Vec<TimeSlot>], done: &Listed) -> Value {
-    json!({"sequences": listed, "count": done.count, "complete": done.complete, "seconds": done.seconds})
+/// `trunnion plan --all`: the sequences, and whether they are all; with `--up any` the direction of the file that is up in each.
+pub fn sequences(listed: &[Vec<TimeSlot>], ups: &[[f64; 3]], done: &Listed) -> Value {
+    let mut document =
+        json!({"sequences": listed, "count": done.count, "complete": done.complete, "seconds": done.seconds});
+    if !ups.is_empty() {
+        document["ups"] = json!(ups);
+    }
+    document
 }
 
 /// No way of those that were asked for: the sentence, and all that were tried.

@@ -1,7 +1,7 @@
 //! DIRECT: dividing rectangles without a Lipschitz constant, on the six faces of a cube instead of two angles.
 //!
 //! Source: D. R. Jones, C. D. Perttunen, B. E. Stuckman, *Lipschitzian optimization without the Lipschitz constant*, JOTA
-//! 79 (1993), 157-181; one longest side is cut at a time, as in Jones's revision of 2001. Seed 001 runs it on
+//! 79 (1993), 157-181; one longest side is cut at a time, as in Jones's revision of 2001. Puri (2019) runs it on
 //! `[-pi, pi]^2`, which covers the sphere twice; the faces cover it once and have no poles.
 
 use super::certified::direction;

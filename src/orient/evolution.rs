@@ -1,4 +1,4 @@
-//! Differential evolution, the population search that seed 002 compares with.
+//! Differential evolution, the population search that Boogers (2024) compares with.
 //!
 //! Source: R. Storn, K. Price, *Differential evolution*, Journal of Global Optimization 11 (1997), 341-359; variant
 //! best/1/bin with a factor drawn anew each generation, as `SciPy` has it.

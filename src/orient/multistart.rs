@@ -1,6 +1,6 @@
 //! Descents from many starts on the sphere: along the gradient, or by a probabilistic direct search.
 //!
-//! The direct search walks by a step along a random tangent direction or against it, as in seed 004's appendix (a two-point
+//! The direct search walks by a step along a random tangent direction or against it, as in Ramos et al.'s (2021) appendix (a two-point
 //! probabilistic direct search), here on the sphere itself so that there is neither a pole nor a seam. Kinks do not
 //! stop it, since no gradient is used; isolated dips at facet normals are out of its reach and belong to
 //! [`directions`](super::directions).
@@ -35,7 +35,7 @@ pub struct Multistart {
 pub enum Starts {
     /// Spread evenly: Fibonacci's lattice.
     Lattice,
-    /// The centres of a grid in the two angles, twice as many in alpha as in beta. (Seed 000's 32 starts are meant so, but
+    /// The centres of a grid in the two angles, twice as many in alpha as in beta. (de Castro's (2020) 32 starts are meant so, but
     /// by a slip, `(i + h) / 2` for `i + h / 2`, they are not, and miss the optimum of one of its parts.)
     GridCentres,
     /// A Latin hypercube over the sphere.

@@ -8,7 +8,7 @@ use super::{
 use crate::geom::Angle;
 use crate::spelling;
 
-/// The names of [`objective`], in the order of METHODS; beside them there is [`PRINTABLE`], which has no bound as an objective.
+/// The names of [`objective`], those of the documents first; beside them there is [`PRINTABLE`], which has no bound as an objective.
 pub const OBJECTIVES: [&str; 14] = [
     "staircase",
     "support-area",

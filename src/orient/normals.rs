@@ -1,10 +1,10 @@
-//! The objectives of seed 000 that know the facets' normals alone: an open mesh will do.
+//! The objectives of de Castro (2020) that know the facets' normals alone: an open mesh will do.
 
 use super::facets::tangential;
 use super::{Facets, Local, Objective, bound};
 use crate::geom::{Angle, Mat3, Vec3};
 
-/// `sum max(|acos(n.d) - pi/2| - theta, 0)` over the facets, each counted once whatever its area (seed 000, equation
+/// `sum max(|acos(n.d) - pi/2| - theta, 0)` over the facets, each counted once whatever its area (de Castro (2020), equation
 /// 3.1.2), radians; 0 for a mesh of walls.
 #[derive(Clone, Copy, Debug)]
 pub struct OverhangAngle {
@@ -57,7 +57,7 @@ impl Objective for OverhangAngle {
     }
 }
 
-/// `sum (n.d)^2` over the facets, each counted once (seed 000, equation 3.2.2), no unit.
+/// `sum (n.d)^2` over the facets, each counted once (de Castro (2020), equation 3.2.2), no unit.
 ///
 /// The quadratic form of `N = sum n n'`: its minimum is the smallest eigenvalue, its minima that eigenvector's senses.
 #[derive(Clone, Copy, Debug)]

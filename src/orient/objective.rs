@@ -1,4 +1,4 @@
-//! What an objective is, and those of seed 004 section 4.
+//! What an objective is, and those of Ramos et al. (2021) section 4.
 
 use super::facets::{FLAT, tangential};
 use super::{Cap, Facets, Local, bound};
@@ -70,7 +70,7 @@ impl Proof {
     pub const ROUGH: Self = Self { gap: 1e-2, budget: 2_000 };
 }
 
-/// Staircase error, `t²/2 * sum A |d.n|` without the facets that lie flat (seed 004, section 4), mm⁴ at t in mm.
+/// Staircase error, `t²/2 * sum A |d.n|` without the facets that lie flat (Ramos et al. (2021), section 4), mm⁴ at t in mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Staircase {
     /// Layer height `t`, mm.
@@ -107,9 +107,9 @@ impl Objective for Staircase {
     }
 }
 
-/// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (seed 004, section 4), mm².
+/// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (Ramos et al. (2021), section 4), mm².
 ///
-/// The seed leaves out facets on the table as well; a flat-down facet is the only one that can lie on it.
+/// The paper leaves out facets on the table as well; a flat-down facet is the only one that can lie on it.
 #[derive(Clone, Copy, Debug)]
 pub struct SupportArea;
 
@@ -142,7 +142,7 @@ impl Objective for SupportArea {
     }
 }
 
-/// Height along the direction, `max v.d - min v.d` (seed 004, section 4: building time), mm.
+/// Height along the direction, `max v.d - min v.d` (Ramos et al. (2021), section 4: building time), mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Height;
 

@@ -1,10 +1,10 @@
-//! Directions: the seeds' angles, tangents, an even spread.
+//! Directions: two angles, tangents, an even spread.
 
 use crate::geom::Vec3;
 
-/// The build direction of the seeds' angles (radians): the third row of `Ry(beta) Rx(alpha)`.
+/// The build direction of the angles about X and Y that the documents use (radians): the third row of `Ry(beta) Rx(alpha)`.
 ///
-/// `(a, b)` and `(a + pi, pi - b)` are one direction (METHODS, notation).
+/// `(a, b)` and `(a + pi, pi - b)` are one direction.
 pub fn from_angles(alpha: f64, beta: f64) -> Vec3 {
     let ((sa, ca), (sb, cb)) = (alpha.sin_cos(), beta.sin_cos());
     Vec3::new(-sb, cb * sa, cb * ca)

@@ -9,9 +9,9 @@ use super::{Cap, Facets, Local, Objective, Proof, bound};
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
 
-/// `sum A (b.d - min v.d) (n.d)^2` (seed 000, equations 3.2.4 and 4.0.3), mm³: what lies level, by its height.
+/// `sum A (b.d - min v.d) (n.d)^2` (de Castro (2020), equations 3.2.4 and 4.0.3), mm³: what lies level, by its height.
 ///
-/// An evaluation costs 16 sums made once and the lowest point (METHODS section 2). Seed 000 takes the minimum over each
+/// An evaluation costs 16 sums made once and the lowest point. de Castro (2020) takes the minimum over each
 /// facet's first corner in some of its printed numbers; here it is over all corners.
 #[derive(Clone, Copy, Debug)]
 pub struct WeightedNormalZ;
@@ -40,9 +40,9 @@ impl Objective for WeightedNormalZ {
 }
 
 /// The volume under all that overhangs, down to the bed: `sum -A n.d (b.d - min v.d)` over `-n.d > sin(overhang)`
-/// (seed 002, equation 3.23, exact), mm³.
+/// (Boogers (2024), equation 3.23, exact), mm³.
 ///
-/// The seed counts its angle `t` from the horizontal and asks `-n.d > cos(t)`; here it is counted from the vertical,
+/// The thesis counts its angle `t` from the horizontal and asks `-n.d > cos(t)`; here it is counted from the vertical,
 /// `t = 90 - overhang` degrees. Columns that would stand on the part are counted to the bed. Jumps where a facet
 /// passes the threshold.
 #[derive(Clone, Copy, Debug)]
@@ -98,11 +98,11 @@ impl Objective for SupportVolumeConvex {
     }
 }
 
-/// `1/4 sum |S| (1 + tanh S) tanh(k (sum z - 3 min z))`, `S` minus twice the projected area (seed 001, section 2).
+/// `1/4 sum |S| (1 + tanh S) tanh(k (sum z - 3 min z))`, `S` minus twice the projected area (Puri (2019), section 2).
 ///
 /// **Depends on the unit**: both `tanh` take plain numbers, so a model twice as large does not have the same minima.
-/// Lengths are counted in mm times `scale`; the value is in the square of that unit. `k` is 1/10 as in the seed's code;
-/// its text has no such factor. The seed's sign conventions give the same function, its bounds cover the sphere twice.
+/// Lengths are counted in mm times `scale`; the value is in the square of that unit. `k` is 1/10 as in the paper's code;
+/// its text has no such factor. The paper's sign conventions give the same function, its bounds cover the sphere twice.
 #[derive(Clone, Copy, Debug)]
 pub struct TanhOverhang {
     /// Units of the formula in one mm; 1 takes mm as they are.
@@ -112,7 +112,7 @@ pub struct TanhOverhang {
 /// `1 + tanh S` is below 1e-19 from here down.
 const NOTHING: f64 = -22.0;
 
-/// The seed's code divides the height above the bed by ten.
+/// The paper's code divides the height above the bed by ten.
 const HEIGHT: f64 = 0.1;
 
 impl TanhOverhang {
@@ -160,7 +160,7 @@ impl Objective for TanhOverhang {
     }
 }
 
-/// Minus the area that lies flat on the bed, mm²: larger contact is better (seed 002, chapter 6), smaller values are.
+/// Minus the area that lies flat on the bed, mm²: larger contact is better (Boogers (2024), chapter 6), smaller values are.
 ///
 /// Flat is within 0.1 degree, on the bed within 0.05 mm of the lowest point. 0 for a part that stands on an edge; constant
 /// between its jumps, so only directions that lay a facet flat are worth trying.

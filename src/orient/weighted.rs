@@ -1,4 +1,4 @@
-//! Weighted sums of objectives, raw: nothing is normalised (seed 002 equation 4.9, seed 004 equation 9).
+//! Weighted sums of objectives, raw: nothing is normalised (Boogers (2024) equation 4.9, Ramos et al. (2021) equation 9).
 
 use super::{Cap, Facets, Local, Minorant, Objective, Proof};
 use crate::geom::Vec3;

@@ -1,8 +1,8 @@
-//! Models drawn into the space by simulated annealing on their own surfaces (seed 003, section 2.6): a random piece moves a random share of
+//! Models drawn into the space by simulated annealing on their own surfaces (Leitereg (2020), section 2.6): a random piece moves a random share of
 //! the way that is free along a random direction, or turns so; a piece that is not all inside costs its value.
 //!
 //! Begun with the packing of the boxes and every other piece apart from all, above the space, so that the result is never worse than that. While it is
-//! warm pieces may leave; then, as the seed has it, moves that lead out are not drawn at all, and what is outside is drawn towards the space, the more
+//! warm pieces may leave; then, as the thesis has it, moves that lead out are not drawn at all, and what is outside is drawn towards the space, the more
 //! the colder it is. What lies inside sinks, so that room gathers at the top.
 
 use super::instance::Turns;

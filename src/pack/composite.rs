@@ -1,4 +1,4 @@
-//! Models packed as the few boxes that cover them, at fixed places to each other (seed 003, section 2.3): each goes to the lowest place where one of
+//! Models packed as the few boxes that cover them, at fixed places to each other (Leitereg (2020), section 2.3): each goes to the lowest place where one of
 //! its boxes comes to a corner of those that lie there, sunk from there as far as it goes.
 
 use super::covering::covering;

@@ -1,8 +1,8 @@
 //! Trees of oriented boxes over a surface (Gottschalk, Lin and Manocha, "OBBTree: a hierarchical structure for rapid interference detection", 1996;
-//! seed 003, section 2.6), and what they answer: whether two surfaces meet, how far one can be moved along a direction before it meets the other,
+//! Leitereg (2020), section 2.6), and what they answer: whether two surfaces meet, how far one can be moved along a direction before it meets the other,
 //! and how far it can be turned about an axis.
 //!
-//! The covariance is that of the surface as a plate of even thickness; its mean is over areas (`1 / sum m`; the seed prints `1 / n`, which is no mean).
+//! The covariance is that of the surface as a plate of even thickness; its mean is over areas (`1 / sum m`; the thesis prints `1 / n`, which is no mean).
 //! Coordinates are those of the file: a surface's place comes with each question.
 
 use nalgebra::SymmetricEigen;

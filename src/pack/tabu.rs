@@ -1,7 +1,7 @@
 //! Tabu search for the least number of runs (Lodi, Martello and Vigo, "Heuristic and metaheuristic approaches for a class of two-dimensional bin
-//! packing problems", 1999; seed 003, section 2.4): a run is emptied box by box, each into `k` other runs that are packed anew with it.
+//! packing problems", 1999; Leitereg (2020), section 2.4): a run is emptied box by box, each into `k` other runs that are packed anew with it.
 //!
-//! The sub-heuristic takes boxes by falling volume to the place with the **best** touching area (the seed's listing only sums it up); places are
+//! The sub-heuristic takes boxes by falling volume to the place with the **best** touching area (the thesis's listing only sums it up); places are
 //! the corners of the largest empty boxes, each of which touches something at left, back and bottom.
 
 use std::collections::VecDeque;

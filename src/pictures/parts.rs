@@ -19,7 +19,7 @@ pub(crate) const SUPPORT_WORD: (Colour, &str) = (SUPPORT, "supports");
 pub(crate) enum Painted<'a> {
     /// What faces down by more than this from the vertical, and is not on the bed.
     Overhangs(Angle),
-    /// What each facet costs (seed 002, figure 4.6): blue raises the sum, red lowers it, the more the deeper.
+    /// What each facet costs (Boogers (2024), figure 4.6): blue raises the sum, red lowers it, the more the deeper.
     Costs(&'a [f64], Angle),
 }
 

@@ -1,4 +1,4 @@
-//! What a plan is worth: eq. (9) of seed 004 with any weights, and machine time.
+//! What a plan is worth: eq. (9) of Ramos et al. (2021) with any weights, and machine time.
 //!
 //! A goal is a list of **ranks**: the first is what was asked for, the later ones decide between plans that are equal in
 //! all before. Every rank is a sum of the same four things, so that the search can bound it part by part:

@@ -26,7 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
+//! Everything here works in the table's frame, and in the machine's at a pose. Source: Ramos et al. (2021), sections 5 and 6.
 //! This room must not know slicers or toolpaths.
 
 pub mod balance;
@@ -40,6 +40,7 @@ mod goal;
 mod heads;
 mod infeasible;
 mod joint;
+mod kept;
 mod one_print;
 mod options;
 mod owed;
@@ -67,6 +68,7 @@ pub use collision::Head;
 pub use goal::{Goal, PLAN_TERMS};
 pub use infeasible::{Hanging, Infeasible, MOST_PARTS, Reason};
 pub use joint::{Printed, joint_gap_mm};
+pub use kept::orientations_kept;
 pub use one_print::OnePrint;
 pub use options::{Options, Priority};
 pub use owed::{CELL_MM, LIFT_LAYERS, PIECE_MM, carries_tip, contact_mm};

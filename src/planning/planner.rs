@@ -33,7 +33,7 @@ pub struct Planned {
     pub pose_changes: usize,
     /// Estimated seconds of printing and turning, before anything is sliced; a sliced file's own time is verification's.
     pub seconds: f64,
-    /// Staircase error (seed 004, section 4), summed over the parts, mm⁴.
+    /// Staircase error (Ramos et al. (2021), section 4), summed over the parts, mm⁴.
     pub staircase: f64,
     /// Slots with several poses: what printing them pose by pose costs, and what layer by layer would.
     pub within_slots: Vec<WithinSlot>,

@@ -1,4 +1,4 @@
-//! Algorithms 2 and 3 of seed 004: all feasible sequences of time slots, one after the other.
+//! Algorithms 2 and 3 of Ramos et al. (2021): all feasible sequences of time slots, one after the other.
 //!
 //! What is blocked by what, and who carries whom, is worked out before; the search itself is bit operations. Departures
 //! from the printed algorithm, each without loss of a feasible sequence:
@@ -34,7 +34,7 @@ pub(super) struct Problem<'a> {
     /// For each part: the parts it touches.
     pub(super) touching: &'a [PartSet],
     pub(super) on_table: &'a PartSet,
-    /// Whether everything that stands on the table belongs to the first slot (seed 004, section 5.1).
+    /// Whether everything that stands on the table belongs to the first slot (Ramos et al. (2021), section 5.1).
     pub(super) table_first: bool,
     pub(super) priority: Priority,
 }

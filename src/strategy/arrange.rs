@@ -27,18 +27,21 @@ pub enum PoseChoice {
     Recommended,
     /// On the largest face of this part below which there is nothing.
     On(usize),
+    /// In every way that it can stand on a face: for what lists sequences, and refused by all else.
+    Any,
 }
 
 impl FromStr for PoseChoice {
     type Err = &'static str;
 
-    /// `auto`, or a direction.
+    /// `auto`, `any`, or a direction.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         match text {
             "auto" => Ok(Self::Recommended),
+            "any" => Ok(Self::Any),
             _ => numbers(text)
                 .map(Self::Up)
-                .ok_or("must be auto or three numbers separated by commas, for example 0,0,1"),
+                .ok_or("must be auto, any or three numbers separated by commas, for example 0,0,1"),
         }
     }
 }
@@ -289,6 +292,10 @@ fn turn(
     let last = model.model.parts.len() - 1;
     let up = match standing {
         PoseChoice::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
+        PoseChoice::Any => {
+            let wanted = "one pose is needed here; use plan --all --up any, or three numbers, for example 0,0,1";
+            return Err(BadSetting::Words { name: "up", text: "any".to_owned(), wanted: wanted.to_owned() }.into());
+        }
         PoseChoice::Up(up) => Vec3::from(up),
         PoseChoice::Recommended => {
             let [part] = &model.model.parts[..] else {

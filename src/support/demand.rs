@@ -1,4 +1,4 @@
-//! What of a surface wants support: facets, knife edges and lowest points (seed 003, section 3.1).
+//! What of a surface wants support: facets, knife edges and lowest points (Leitereg (2020), section 3.1).
 //!
 //! Slot frame, mm. The overhang angle is counted from the vertical: a wall has 0, a ceiling 90 degrees.
 

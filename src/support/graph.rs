@@ -1,4 +1,4 @@
-//! The graph in which supports are planned: squares of a grid, arcs down to the next level (seed 003, section 3.2).
+//! The graph in which supports are planned: squares of a grid, arcs down to the next level (Leitereg (2020), section 3.2).
 //!
 //! A cube is black where the surface touches it. The square below a black cube that holds something that wants support is
 //! red where the cube below it is white; squares on the ground below white cubes are green. An arc goes one level down,

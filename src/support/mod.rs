@@ -1,4 +1,4 @@
-//! Supports for what overhangs, planned as a flow from what must be held to the ground (seed 003, chapter 3).
+//! Supports for what overhangs, planned as a flow from what must be held to the ground (Leitereg (2020), chapter 3).
 //!
 //! Slot frame: mm, +Z up, the ground at z = 0 of the grid. A support belongs to a part's print and pose; what comes out is the
 //! same frame's, to be printed at the print's own layers.
@@ -82,5 +82,5 @@ pub use plan::{FlowMethod, PlannedFlow, plan};
 pub use preflow::push_relabel;
 pub use props::{Prop, propped};
 pub use roof::Roof;
-pub use shortest_paths::{PathDrawing, shortest_paths};
+pub use shortest_paths::{PathDrawing, shared_price, shortest_paths};
 pub use structure::{Bars, Build, Built, Ceiling, Outline, Sheets, Structure, build, sheets};

@@ -1,4 +1,4 @@
-//! `push-relabel`: the largest flow (Goldberg and Tarjan, 1986), with straight arcs first both ways (seed 003, section 3.3).
+//! `push-relabel`: the largest flow (Goldberg and Tarjan, 1986), with straight arcs first both ways (Leitereg (2020), section 3.3).
 //!
 //! Every arc goes one level down and every node reaches the ground, so a node's level plus one is its true distance from the
 //! sink: the labels begin exact. Active states are taken highest label first, which is one wave down the levels as long as

@@ -40,7 +40,7 @@ pub(super) struct Order {
     pub(super) take: [usize; ARCS],
 }
 
-/// Straight arcs are filled first and emptied last (seed 003, section 3.3).
+/// Straight arcs are filled first and emptied last (Leitereg (2020), section 3.3).
 pub(super) const VERTICAL_FIRST: Order = Order { push: [0, 1, 2, 3, 4], take: [1, 2, 3, 4, 0] };
 
 /// The most steps that leave a state.

@@ -1,9 +1,9 @@
-//! `shortest-paths`: ways that share arcs while few use them (seed 003, section 3.4), and then keep to the limits.
+//! `shortest-paths`: ways that share arcs while few use them (Leitereg (2020), section 3.4), and then keep to the limits.
 //!
 //! A unit more on an arc with `n` units costs `g(n)` times the arc's own cost, `g = 1, 0, 0, 0, 1, 2, 3, 4, ..`: an arc is paid
 //! once, shared three more times for nothing, and dearer from then on. A tenth of the ways is drawn anew thirty times. All ways
 //! of a round are found in one pass, so that many of them crowd onto the same arcs: of those that are used some 5 to 27 of a
-//! hundred end above four. The seed leaves them so; here the ways over them are taken up and laid where there is room.
+//! hundred end above four. The thesis leaves them so; here the ways over them are taken up and laid where there is room.
 
 use super::cheapest::{Cheapest, Descent, FULL, UNIT};
 use super::flow::{Flow, FlowLimits};
@@ -22,7 +22,7 @@ pub struct PathDrawing {
     pub share: f64,
     /// Seed of the choice.
     pub seed: u64,
-    /// Whether ways over full arcs are laid elsewhere in the end, as the seed does not.
+    /// Whether ways over full arcs are laid elsewhere in the end, as the thesis does not.
     pub repair: bool,
 }
 
@@ -32,8 +32,10 @@ impl Default for PathDrawing {
     }
 }
 
-/// The price of one unit more where there are `n`, in arcs.
-fn g(n: u16) -> u32 {
+/// The price of one unit more on an arc that carries `n`, as a multiple of the arc's own cost: 1, 0, 0, 0, 1, 2, 3, 4 and so on.
+///
+/// Source: Leitereg (2020), section 3.4, the function g.
+pub fn shared_price(n: u16) -> u32 {
     match n {
         0 => 1,
         1..FREE => 0,
@@ -81,7 +83,7 @@ fn chosen(numbers: &mut SplitMix64, of: usize, count: usize) -> Vec<usize> {
 #[inline]
 fn prices(load: &Load<'_>, node: usize, beside: u32) -> [u32; ARCS] {
     let on = &load.flow.on[node];
-    std::array::from_fn(|arc| g(on[arc]) * COSTS[arc] * (UNIT - beside))
+    std::array::from_fn(|arc| shared_price(on[arc]) * COSTS[arc] * (UNIT - beside))
 }
 
 /// Lays a way down along the cheapest arcs.

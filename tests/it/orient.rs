@@ -1,4 +1,4 @@
-//! Build directions of the seeds' own meshes, against the values in their tables (re-run), and the verb `orient`.
+//! Build directions of the documents' own meshes, against the values in their tables (re-run), and the verb `orient`.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::pipeline::fixture;
 use crate::solids::lump;
 use crate::support::{Numbers, fails, folder, note, root, skip, states, trunnion};
 
-/// The seeds' meshes: beside the repository, or where TRUNNION_MESHES says.
+/// The documents' meshes: beside the repository, or where TRUNNION_MESHES says.
 pub(crate) fn meshes() -> Option<PathBuf> {
     let given = std::env::var_os("TRUNNION_MESHES").map(PathBuf::from);
     let folder = given.unwrap_or_else(|| root().join("../shared/data/meshes"));
@@ -26,7 +26,7 @@ pub(crate) fn meshes() -> Option<PathBuf> {
     Some(folder)
 }
 
-/// A seed's mesh in its file's own numbers: the tables know no unit.
+/// A document's mesh in its file's own numbers: the tables know no unit.
 pub(crate) fn facets(folder: &std::path::Path, name: &str) -> Facets {
     let bytes = std::fs::read(folder.join(name)).unwrap();
     let options = ReadOptions { unit: Some(Unit::Millimetre), repair: Repair::Off, ..ReadOptions::default() };
@@ -58,7 +58,7 @@ const fn castro(
     Castro { file, facets, least, angles, unrotated, overhang, overhang_least }
 }
 
-/// Seed 000, tables 4.2.1 and 3.1.1, re-run with all vertices in the minimum; files' frames.
+/// de Castro (2020), tables 4.2.1 and 3.1.1, re-run with all vertices in the minimum; files' frames.
 pub(crate) const CASTRO: [Castro; 7] = [
     castro("arm.obj", 16618, 0.068232214, (-2.7448, 0.0799), [0.147013, 2141.807, 409.5150]),
     castro("horse_quad.obj", 4796, 3.7903823e-4, (-1.4297, 0.2636), [4.94891e-4, 565.5352, 214.8947]),
@@ -96,7 +96,7 @@ fn overhang_angle_has_castros_values_and_minima() {
     }
 }
 
-/// Seed 001's table re-run: the best of DIRECT's 1000 evaluations.
+/// Puri's (2019) table re-run: the best of DIRECT's 1000 evaluations.
 const PURI: [(&str, f64); 8] = [
     ("cube", 0.0347253),
     ("cut cylinder", 0.12232),
@@ -121,13 +121,13 @@ fn tanh_overhang_reaches_puris_values() {
     }
     let cube = facets(&folder.join("puri"), "cube.stl");
     near(f.value(&cube, &Vec3::z()), 0.0347253, 1e-6, "the cube as in the file");
-    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). The cut lies flat 0.00006 degrees beside
-    // 150 degrees, as the corners were rounded; the seed's own formula in numpy has the same values at both angles.
+    // Puri (2019) turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). The cut lies flat 0.00006 degrees beside
+    // 150 degrees, as the corners were rounded; the paper's own formula in numpy has the same values at both angles.
     let cylinder = facets(&folder.join("puri"), "cut cylinder.stl");
     let at = |degrees: f64| f.value(&cylinder, &from_angles(degrees.to_radians(), 0.0));
     near(at(150.0), 0.12323195753807824, 1e-9, "the cylinder at 150 degrees");
     near(at(149.9999426482676), 0.12235677620446601, 1e-9, "the cylinder on its cut");
-    near(at(149.9999426482676), 0.12232, 4e-4, "the seed's figure");
+    near(at(149.9999426482676), 0.12232, 4e-4, "the paper's figure");
 }
 
 #[test]
@@ -306,9 +306,9 @@ fn results_do_not_depend_on_the_number_of_threads() {
     assert_eq!(alone, on(5));
 }
 
-/// Seed 002, table 5.2: four Latin hypercube starts by BFGS took 181 evaluations, differential evolution 708.
+/// Boogers (2024), table 5.2: four Latin hypercube starts by BFGS took 181 evaluations, differential evolution 708.
 #[test]
-fn evaluations_are_of_the_order_of_the_seeds_comparison() {
+fn evaluations_are_of_the_order_of_the_published_comparison() {
     let part = Facets::of(&lump(6, 1.0));
     let f = objective(
         "support-volume-convex-smooth",
@@ -508,4 +508,39 @@ fn pictures_comparison_and_contact_are_written() {
     // The least height lays the L flat (1800 mm2 of it, 20 mm high).
     near(result["minima"][0]["value"].as_f64().unwrap(), 20.0);
     assert!(result["lower_bound"].as_f64().unwrap() <= 20.0);
+}
+
+/// The smoothing of Boogers (2024) reaches the objective from the command line: the value is the library's with the same numbers.
+#[test]
+fn smoothing_is_as_it_is_asked_for() {
+    let folder = folder();
+    let (_, mesh) = &trunnion::fixtures::hook().parts[0];
+    let path = folder.path().join("hook.stl");
+    std::fs::write(&path, trunnion::mesh::stl_binary(mesh)).unwrap();
+    let asked = |more: &[&str]| {
+        let words = ["--objective", "support-volume", "--method", "bfgs", "--unit", "mm", "--json"];
+        trunnion().arg("orient").arg(&path).args(words).args(more).output().unwrap()
+    };
+    let values = |more: &[&str]| {
+        let document: serde_json::Value = serde_json::from_slice(&asked(more).stdout).unwrap();
+        let minimum = &document["parts"][0]["results"][0]["minima"][0];
+        let up: Vec<f64> = minimum["up"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        (Vec3::new(up[0], up[1], up[2]), minimum["value"].as_f64().unwrap())
+    };
+    let facets = Facets::of(mesh);
+    for (k, w, carrying) in [(20.0, 40.0, 0.0), (6.0, 40.0, 0.0), (20.0, 3.0, 0.0), (20.0, 40.0, 50.0)] {
+        let [ks, ws, cs] = [k, w, carrying].map(|v: f64| v.to_string());
+        let (up, value) = values(&["--smooth-k", &ks, "--smooth-w", &ws, "--carrying", &cs]);
+        let settings = ObjectiveSettings { k, w, carrying: Angle::from_deg(carrying), ..ObjectiveSettings::default() };
+        let ours = objective("support-volume", &settings).unwrap().value(&facets, &up);
+        assert!((ours - value).abs() <= 1e-6 * ours.abs().max(1.0), "{k} {w} {carrying}: {value} for {ours}");
+        let usual = objective("support-volume", &ObjectiveSettings::default()).unwrap().value(&facets, &up);
+        assert_eq!((usual - value).abs() < 1e-6 * usual.abs().max(1.0), (k, w, carrying) == (20.0, 40.0, 0.0));
+    }
+    for (flag, value, low) in [("--smooth-k", "0", "0.1"), ("--smooth-w", "0", "0.001"), ("--carrying", "90", "0")] {
+        let run = asked(&[flag, value]);
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{flag}");
+        assert!(fails(&said, &format!("setting/out-of-range: {flag} | {low}")), "{said}");
+    }
 }

@@ -348,3 +348,34 @@ fn rings_twins_fixed_tables_and_crowds() {
     let (code, _, said) = plan(&boxes(folder.path(), &crowd), &["-m", "generic-ac"]);
     assert!(code == 2 && fails(&said, "plan/too-many-parts: 10000"), "{code}: {said}");
 }
+
+/// The two studies of Ramos et al. (2021), section 5.4: the base upright and lying.
+#[test]
+fn all_sequences_of_all_stands_are_listed_with_what_is_up() {
+    let any = ["-m", "generic-ac", "--all", "--up", "any"];
+    let (code, boxes, said) = plan(&fixture("two-boxes"), &any);
+    assert_eq!(code, 0, "{said}");
+    let of = |up: [f64; 3]| -> Vec<&Value> {
+        let all = boxes["sequences"].as_array().unwrap().iter().zip(boxes["ups"].as_array().unwrap());
+        all.filter(|(_, own)| **own == serde_json::json!(up)).map(|(slots, _)| slots).collect()
+    };
+    let one = |slots: &Value| -> Vec<(u64, f64)> {
+        let prints = slots.as_array().unwrap().iter().flat_map(|slot| slot["prints"].as_array().unwrap());
+        prints.map(|p| (p["part"].as_u64().unwrap(), p["tilt_deg"].as_f64().unwrap())).collect()
+    };
+    assert_eq!(of([0.0, 0.0, 1.0]).into_iter().map(one).collect::<Vec<_>>(), [[(0, 0.0), (1, 90.0)]]);
+    assert_eq!(of([1.0, 0.0, 0.0]).into_iter().map(one).collect::<Vec<_>>(), [[(0, 0.0), (1, 0.0)]]);
+    assert_eq!(boxes["count"].as_u64().map(|count| count as usize), boxes["ups"].as_array().map(Vec::len));
+    assert_eq!(boxes["complete"], true);
+    // As it is drawn there is one, and no direction is told.
+    let (_, drawn, _) = plan(&fixture("two-boxes"), &any[..3]);
+    assert_eq!((&drawn["count"], &drawn["ups"]), (&Value::from(1), &Value::Null));
+    let (_, few, _) = plan(&fixture("two-boxes"), &[&any[..], &["--limit", "2"]].concat());
+    assert_eq!((&few["count"], &few["complete"]), (&Value::from(2), &Value::from(false)));
+    // What cannot be printed in any stand says why, as it does where it stands.
+    let (code, _, said) = plan(&fixture("caged"), &any);
+    assert!(code == 1 && fails(&said, "plan/no-plan"), "{said}");
+    // A plan needs one pose.
+    let (code, _, said) = plan(&fixture("two-boxes"), &["-m", "generic-ac", "--up", "any"]);
+    assert!(code == 2 && fails(&said, "setting/words: any | --all"), "{said}");
+}

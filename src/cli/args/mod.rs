@@ -149,7 +149,8 @@ pub(in crate::cli) struct ArrangeArgs {
     pub(in crate::cli) more: Vec<PathBuf>,
     /// Direction in the model that points up, or auto [default: as drawn]
     ///
-    /// Three numbers in the model's coordinates; auto: as `trunnion orient` recommends for printing whole, on supports
+    /// Three numbers in the model's coordinates; auto: as `trunnion orient` recommends for printing whole, on supports; any, with plan --all: every way
+    /// in which it can stand on a face
     #[arg(help_heading = MODEL, long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(in crate::cli) up: Option<PoseChoice>,
     /// Stand the model on this part's largest face that has nothing below it

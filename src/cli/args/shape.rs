@@ -6,7 +6,7 @@ use clap::Args as ClapArgs;
 use clap::builder::NonEmptyStringValueParser;
 
 use super::{BatchArgs, MACHINE, ModelArgs, PassArgs};
-use crate::job::{PackOptions, PackSpace, PoseChoice, SplitOptions, SupportOptions, ThreeNumbers};
+use crate::job::{OrientOptions, PackOptions, PackSpace, PoseChoice, SplitOptions, SupportOptions, ThreeNumbers};
 use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
@@ -63,6 +63,15 @@ pub(in crate::cli) struct Orient {
     /// Column width for measuring support volumes [default: 0.5, for parts above 100 mm a 200th of their length]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) resolution: Option<f64>,
+    /// Steepness of the smoothed steps in support-volume, interface-area and support-volume-convex-smooth
+    #[arg(long, default_value_t = OrientOptions::default().smooth_k, value_name = "K", hide_short_help = true)]
+    pub(in crate::cli) smooth_k: f64,
+    /// Weight of the lowest points in the same objectives, per mm
+    #[arg(long, default_value_t = OrientOptions::default().smooth_w, value_name = "W", hide_short_help = true)]
+    pub(in crate::cli) smooth_w: f64,
+    /// In the same objectives, surfaces that face up carry supports from this angle from the vertical on
+    #[arg(long, default_value_t = OrientOptions::default().carrying_deg, value_name = "DEG", hide_short_help = true)]
+    pub(in crate::cli) carrying: f64,
     /// Only directions with at least this much bed contact
     #[arg(long, value_name = "MM2")]
     pub(in crate::cli) contact_area_min: Option<f64>,

@@ -190,16 +190,21 @@ fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
 }
 
 fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<ObjectiveSettings, BadSetting> {
-    let OrientOptions { overhang_deg, .. } = *options;
+    let OrientOptions { overhang_deg, smooth_k, smooth_w, carrying_deg, .. } = *options;
     let own = print.map_or(SliceSettings::default().layer_height_mm, |print| print.layer_height_mm);
     let layer_mm = options.layer_mm.unwrap_or(own);
     BadSetting::within("overhang", overhang_deg, " deg", [0.0, STEEPEST_DEG])?;
     BadSetting::within("layer", layer_mm, " mm", [0.001, 10.0])?;
+    BadSetting::within("smooth-k", smooth_k, "", [0.1, 1e4])?;
+    BadSetting::within("smooth-w", smooth_w, " per mm", [1e-3, 1e6])?;
+    BadSetting::within("carrying", carrying_deg, " deg", [0.0, STEEPEST_DEG])?;
     if let Some(resolution) = options.resolution_mm {
         BadSetting::within("resolution", resolution, " mm", [0.01, 100.0])?;
     }
     if let Some(contact) = options.contact_mm2 {
         BadSetting::within("contact-area-min", contact, " mm2", [0.0, 1e9])?;
     }
-    Ok(ObjectiveSettings { layer_mm, overhang: Angle::from_deg(overhang_deg), ..ObjectiveSettings::default() })
+    let [overhang, carrying] = [overhang_deg, carrying_deg].map(Angle::from_deg);
+    let usual = ObjectiveSettings::default();
+    Ok(ObjectiveSettings { layer_mm, overhang, carrying, k: smooth_k, w: smooth_w, ..usual })
 }

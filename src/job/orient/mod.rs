@@ -65,6 +65,12 @@ pub struct OrientOptions {
     pub up: Option<[f64; 3]>,
     /// Width of the columns that support volumes are measured by; `None`: half a millimetre, or a 200th of a part longer than 100 mm.
     pub resolution_mm: Option<f64>,
+    /// Steepness `k` of the smoothed steps of support-volume, interface-area and support-volume-convex-smooth.
+    pub smooth_k: f64,
+    /// Weight `w` of the lowest points in the same objectives, 1/mm.
+    pub smooth_w: f64,
+    /// In the same objectives, surfaces that face up carry supports from this angle from the vertical on.
+    pub carrying_deg: f64,
     /// Only directions that lay at least this much flat on the bed.
     pub contact_mm2: Option<f64>,
     /// Whether the part as it lies is compared with each best.
@@ -73,6 +79,7 @@ pub struct OrientOptions {
 
 impl Default for OrientOptions {
     fn default() -> Self {
+        let usual = ObjectiveSettings::default();
         Self {
             objectives: vec![PRINTABLE.to_owned()],
             method: "certified".to_owned(),
@@ -83,6 +90,9 @@ impl Default for OrientOptions {
             machine: None,
             up: None,
             resolution_mm: None,
+            smooth_k: usual.k,
+            smooth_w: usual.w,
+            carrying_deg: usual.carrying.deg(),
             contact_mm2: None,
             compare: false,
         }

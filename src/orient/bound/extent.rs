@@ -28,7 +28,7 @@ impl<'a> Local<'a> for Extent<'a> {
 }
 
 /// `weighted-normal-z` is the largest of the cubic forms of [`Moments`](super::super::facets::Moments) over the hull's
-/// points (METHODS section 2), and of their mixtures.
+/// points, and of their mixtures.
 ///
 /// For such a form `S(d, d, d)'' = 6 S(d, d', d') - 3 S(d, d, d) >= -9 |S|`; its own derivative is
 /// `6 S(d', d', d') - 21 S(d, d, d') >= -27 |S|`, which bounds it from its least value at the centre.

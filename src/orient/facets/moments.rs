@@ -1,4 +1,4 @@
-//! The sums over all facets of which `weighted-normal-z` is made (METHODS section 2; seed 000, equation 3.2.4).
+//! The sums over all facets of which `weighted-normal-z` is made (de Castro (2020), equation 3.2.4).
 
 use super::Facets;
 use crate::geom::{Mat3, Vec3};

@@ -1,4 +1,4 @@
-//! Which facets see each other: the connectivity sets of seed 002, section 4.1.
+//! Which facets see each other: the connectivity sets of Boogers (2024), section 4.1.
 
 use rayon::prelude::*;
 

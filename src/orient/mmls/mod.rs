@@ -1,11 +1,11 @@
-//! MMLS: the multistart multisplit local search of seed 004 (algorithms 1 and 4, appendix A), for all local minima.
+//! MMLS: the multistart multisplit local search of Ramos et al. (2021) (algorithms 1 and 4, appendix A), for all local minima.
 //!
 //! Runs of a probabilistic direct search share their history. At each outer iteration every point ever evaluated goes to
 //! the nearest run; a quadratic is fitted below each run's points by a linear program; where it does not fit, a new run
 //! begins at one of those points. Runs that come near each other are merged, the worse one goes.
 //!
-//! What the seed leaves open is settled so: sufficient decrease is `1e-4 step^2`, steps double and halve, runs are kept in
-//! the box by clamping (its edges and corners are minima of the seed's examples); a run that has converged keeps its
+//! What the paper leaves open is settled so: sufficient decrease is `1e-4 step^2`, steps double and halve, runs are kept in
+//! the box by clamping (its edges and corners are minima of the paper's examples); a run that has converged keeps its
 //! place among the at most 20, so that the search ends when all have; ties of the clustering go to the older run.
 
 #[cfg(test)]
@@ -40,9 +40,9 @@ pub struct Mmls {
 }
 
 impl Mmls {
-    /// As in seed 004, section 6.1: `[0, 180]^2`, which is a half of the sphere, enough for objectives that do not tell up
+    /// As in Ramos et al. (2021), section 6.1: `[0, 180]^2`, which is a half of the sphere, enough for objectives that do not tell up
     /// from down, such as `staircase`.
-    pub fn of_the_seed() -> Self {
+    pub fn as_published() -> Self {
         Self {
             ranges_deg: [[0.0, 180.0]; 2],
             guesses_deg: vec![[0.0, 0.0], [180.0, 180.0], [0.0, 90.0], [90.0, 0.0]],
@@ -63,7 +63,7 @@ impl Default for Mmls {
             ranges_deg: [[-180.0, 180.0], [-90.0, 90.0]],
             guesses_deg: vec![[0.0, 0.0], [180.0, 0.0], [90.0, 0.0], [-90.0, 0.0], [0.0, 90.0], [0.0, -90.0]],
             steps_deg: [360.0 / 500.0, 1e-5],
-            ..Self::of_the_seed()
+            ..Self::as_published()
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Witnesses: what seed 004 prints, and the faces of a box.
+//! Witnesses: what Ramos et al. (2021) prints, and the faces of a box.
 
 use super::*;
 use crate::fixtures::candelabrum;
@@ -6,7 +6,7 @@ use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::orient::Staircase;
 
-/// `(alpha, beta)` in degrees of the minima that seed 004 names in sections 6.1.1 to 6.1.4, by part. Part 11 has 109.95
+/// `(alpha, beta)` in degrees of the minima that Ramos et al. (2021) names in sections 6.1.1 to 6.1.4, by part. Part 11 has 109.95
 /// for 110 there: our arms leave the stem at 20 degrees sharp.
 const NAMED: [(usize, &[Angles]); 4] = [
     (0, &[[0.0, 0.0], [180.0, 180.0]]),
@@ -20,8 +20,8 @@ const NAMED: [(usize, &[Angles]); 4] = [
 const LEVEL: Angles = [0.0, 90.0];
 const SIDE_DEG: f64 = 0.43 + 0.1;
 
-/// The seed's arms reach along -y where ours reach along +x.
-fn in_the_seeds_frame(mesh: &TriangleMesh<Object>) -> TriangleMesh<Object> {
+/// The paper's arms reach along -y where ours reach along +x.
+fn in_the_papers_frame(mesh: &TriangleMesh<Object>) -> TriangleMesh<Object> {
     TriangleMesh::new(mesh.vertices().iter().map(|p| Vec3::new(p.y, -p.x, p.z)).collect(), mesh.facets().to_vec())
 }
 
@@ -31,13 +31,13 @@ fn off(m: &Minimum, at: Angles) -> f64 {
 }
 
 #[test]
-fn finds_the_minima_that_the_seed_names_within_its_evaluations_whatever_is_drawn() {
+fn finds_the_minima_that_the_paper_names_within_its_evaluations_whatever_is_drawn() {
     let parts = candelabrum().parts;
     let f = Staircase { layer_mm: 0.2 };
     for (id, named) in NAMED {
-        let facets = Facets::of(&in_the_seeds_frame(&parts[id].1));
+        let facets = Facets::of(&in_the_papers_frame(&parts[id].1));
         for seed in 1..=5 {
-            let found = Mmls { seed, ..Mmls::of_the_seed() }.search(&f, &facets);
+            let found = Mmls { seed, ..Mmls::as_published() }.search(&f, &facets);
             assert!(found.evaluations <= 10_000);
             for &at in named {
                 let least = found.minima.iter().map(|m| off(m, at)).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! `alexander`: surface accuracy and what supports do to it (seed 000, section 3.3).
+//! `alexander`: surface accuracy and what supports do to it (de Castro (2020), section 3.3).
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::mesh::TABLE_GAP_MM;
 ///
 /// A facet needs support where it overhangs and does not lie on the bed. It is touched from above where the ray up from its
 /// barycentre first meets a facet that needs support: with the area `p q / |n.d|` of a `p` by `q` prism cut by its plane,
-/// but not more than its own. As in the seed's equation 3.3.1 flat facets have no staircase (within 0.1 degree). Jumps where
+/// but not more than its own. As in the thesis's equation 3.3.1 flat facets have no staircase (within 0.1 degree). Jumps where
 /// a ray passes an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Alexander {

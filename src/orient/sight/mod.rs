@@ -1,11 +1,11 @@
-//! `support-volume` and `interface-area` with supports on the part itself by connectivity sets: seed 002, chapter 4.
+//! `support-volume` and `interface-area` with supports on the part itself by connectivity sets: Boogers (2024), chapter 4.
 //!
-//! The formula is the printed one. Where the seed's numbers differ, it is for reasons that are known: its program re-orders
+//! The formula is the printed one. Where the thesis's numbers differ, it is for reasons that are known: its program re-orders
 //! facets on extraction and pairs weights with the wrong ones, and it works in single precision.
 //!
 //! The lowest point is smoothed by `-1/w log sum exp(-w z)` **without** the division by the number of points that equation
 //! 3.29 (mellowmin) has: that division lifts the bed by `ln(n / k) / w` into the part, where `k` points are about lowest,
-//! and is worth 3 of 18.7 mm³ on the seed's own part. So the bed here is `ln(k) / w` below the lowest point.
+//! and is worth 3 of 18.7 mm³ on the thesis's own part. So the bed here is `ln(k) / w` below the lowest point.
 
 mod alexander;
 mod bound;
@@ -43,19 +43,19 @@ impl Smoothing {
         [h, 2.0 * self.k * h * (1.0 - h)]
     }
 
-    /// How much a facet with `n.d = x` hangs (1) or not (0), by `x`.
-    pub(crate) fn hangs(&self, x: f64) -> [f64; 2] {
+    /// How much a facet with `n.d = x` hangs, 1 or 0 but for the smoothing, and its slope by `x`: the field D of Boogers' equation 4.5.
+    pub fn hangs(&self, x: f64) -> [f64; 2] {
         let [h, slope] = self.step(-x, self.overhang.rad().sin());
         [h, -slope]
     }
 
-    /// How much it carries, by `x`.
-    pub(crate) fn carries(&self, x: f64) -> [f64; 2] {
+    /// How much a facet with `n.d = x` carries supports, and its slope by `x`: the field U of Boogers' equation 4.6.
+    pub fn carries(&self, x: f64) -> [f64; 2] {
         self.step(x, self.carrying.rad().sin())
     }
 
-    /// The smoothed height of the lowest point along `up`, mm, and its plain gradient.
-    pub(crate) fn bed(&self, facets: &Facets, up: &Vec3) -> (f64, Vec3) {
+    /// The smoothed height of the lowest point along the unit direction `up`, mm, and its plain gradient; 0 for no points.
+    pub fn bed(&self, facets: &Facets, up: &Vec3) -> (f64, Vec3) {
         let low = facets.lowest(up).dot(up);
         let (mut sum, mut pull) = (0.0, Vec3::zeros());
         for point in &facets.points {
@@ -166,7 +166,7 @@ impl Supported {
         (sum.0, sum.1)
     }
 
-    /// The summand of each facet: what seed 002, figure 4.6 paints.
+    /// The summand of each facet: what Boogers (2024), figure 4.6 paints.
     pub(super) fn costs(&self, facets: &Facets, up: &Vec3) -> Vec<f64> {
         let masks = self.masks(facets, up);
         let low = self.smoothing.bed(facets, up).0;

@@ -1,4 +1,4 @@
-//! The formulas of seed 002, chapter 4, written out without trees, sets or masks; and gradients by differences.
+//! The formulas of Boogers (2024), chapter 4, written out without trees, sets or masks; and gradients by differences.
 
 use super::super::sphere::{lattice, tangents};
 use super::super::{Certified, ObjectiveSettings, Search, objective};
@@ -6,7 +6,7 @@ use super::*;
 use crate::geom::Object;
 use crate::mesh::TriangleMesh;
 
-/// A block of 3 x 3 x 3 cells of 4 mm with a groove of one cell through it, as in seed 002 figure 4.5a; each cell's side is
+/// A block of 3 x 3 x 3 cells of 4 mm with a groove of one cell through it, as in Boogers (2024) figure 4.5a; each cell's side is
 /// 2 `cut^2` facets.
 fn grooved(cut: usize) -> TriangleMesh<Object> {
     let solid = |x: i32, y: i32, z: i32| {

@@ -1,4 +1,4 @@
-//! The search against its own definition on made-up problems, and the two studies of seed 004, section 5.4.
+//! The search against its own definition on made-up problems, and the two studies of Ramos et al. (2021), section 5.4.
 
 use std::collections::BTreeSet;
 
@@ -153,7 +153,7 @@ fn all(problem: &Problem<'_>) -> Vec<Sequence> {
     found
 }
 
-/// Seed 004, section 5.4, first study: part 1 upright needs support and hits part 0; lying it does not. {L2, L4}.
+/// Ramos et al. (2021), section 5.4, first study: part 1 upright needs support and hits part 0; lying it does not. {L2, L4}.
 #[test]
 fn the_first_study_has_exactly_two_sequences() {
     let candidates =
@@ -165,7 +165,7 @@ fn the_first_study_has_exactly_two_sequences() {
     assert_eq!(found, vec![vec![vec![(0, 0)], vec![(1, 1)]], vec![vec![(0, 1)], vec![(1, 1)]]]);
 }
 
-/// Seed 004, section 5.4, second study: part 1 only lying, parts 2 and 3 only together. L5 = L7 and L13 = L15: two
+/// Ramos et al. (2021), section 5.4, second study: part 1 only lying, parts 2 and 3 only together. L5 = L7 and L13 = L15: two
 /// distinct plans.
 #[test]
 fn the_second_study_has_exactly_two_plans() {

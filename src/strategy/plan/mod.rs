@@ -1,29 +1,31 @@
 //! Orientations and a sequence for a model on a machine, or why there is none and what would help.
 
+mod listing;
 mod options;
 
 use std::path::Path;
 
 use crate::geom::{Angle, Dir, Vec3};
 use crate::input::{
-    CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile, process_of, spanning,
+    CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, process_of, spanning,
 };
 use crate::mesh::Model;
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::pictures::{Told, plan_sheet};
 use crate::planning::balance::{DOUBTFUL, FALLS, Held, WorstStanding, standing};
 use crate::planning::{
-    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, ThreeAxis,
-    TimeSlot, Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
+    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, ThreeAxis, Wish,
+    Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
-use crate::strategy::arrange::{ArrangedModel, Arrangement, Models, SetUp, arranged};
+use crate::strategy::arrange::{ArrangedModel, Arrangement};
 use crate::strategy::error::StrategyError;
 use crate::strategy::holding::support_solids;
 use crate::strategy::no_plan::NoPlan;
 use crate::strategy::ways::TriedWay;
 use crate::view::Drawing;
 use crate::world::World;
+pub use listing::{Listed, sequences};
 use options::PlanAsked;
 pub(super) use options::{Along, CAREFUL_DEG};
 pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed};
@@ -302,51 +304,4 @@ fn remedies(
         done += 1;
         bar.at(done);
     })
-}
-
-/// How many sequences were listed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Listed {
-    /// How many.
-    pub count: usize,
-    /// Whether these are all there are.
-    pub complete: bool,
-    /// What listing took.
-    pub seconds: f64,
-}
-
-/// Hands every feasible sequence to `each` as it is found, `most` at most.
-///
-/// # Errors
-///
-/// As [`plan`](super::plan()), but [`StrategyError::Infeasible`] without remedies where there is none.
-pub fn sequences(
-    request: &PlanRequest,
-    most: usize,
-    world: &World<'_>,
-    mut each: impl FnMut(Vec<TimeSlot>),
-) -> Result<Listed, StrategyError> {
-    let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
-    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
-    let SetUp { model, .. } = arranged(&models, world)?;
-    let start = world.clock.now();
-    let asked = PlanAsked::of(&request.options, &machine, &model)?;
-    let options = asked.options(&request.options);
-    let workpiece = Workpiece::place(&model.model, &asked.base);
-    let mut directions = asked.directions(&workpiece, &machine, &options, &Along::Any)?;
-    // Those of a plan; a budget that ends its search ends only that.
-    let plan = |directions: &[Vec<Direction>]| planning::plan(&workpiece, &machine.profile, directions, &options);
-    if let Err(no @ Infeasible::NoPlan { .. }) = planning::widening(&workpiece, &options, &[], &mut directions, plan) {
-        return Err(no.into());
-    }
-    let mut seen = 0;
-    let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
-        seen += 1;
-        let wanted = seen <= most;
-        if wanted {
-            each(slots);
-        }
-        wanted
-    })?;
-    Ok(Listed { count: seen.min(most), complete, seconds: (world.clock.now() - start).as_secs_f64() })
 }

@@ -1,4 +1,4 @@
-//! A planned flow as something to print: closed meshes along the arcs that have flow (seed 003, section 3.5).
+//! A planned flow as something to print: closed meshes along the arcs that have flow (Leitereg (2020), section 3.5).
 //!
 //! Slot frame, mm. Arcs that follow each other are one solid, a chain; where arcs meet in a node, one from above goes on in one
 //! below and the others end a little beside it, within the material of that one. So every chain is a closed solid of its own,

@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 48] = [
+const CALLS: [(i32, &str); 49] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -30,6 +30,7 @@ const CALLS: [(i32, &str); 48] = [
     (0, "plan two-boxes.stl -m generic-ac --top 2"),
     (0, "plan two-boxes.stl -m own.toml --up 0,0,1 -o own.json"),
     (0, "plan cube.stl -m generic-ac --all"),
+    (0, "plan two-boxes.stl -m generic-ac --all --up any"),
     (1, "plan caged.stl -m generic-ac"),
     (0, "split tee.stl -m generic-ac -o parts.3mf"),
     (0, "split tee.stl --convex -o pieces.3mf"),
