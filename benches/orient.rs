@@ -1,4 +1,4 @@
-//! Orientation: proofs and searches on made-up parts, and on the seeds' meshes where `TRUNNION_MESHES` says they are.
+//! Orientation: proofs and searches on made-up parts, and on the documents' meshes where `TRUNNION_MESHES` says they are.
 //!
 //! `cargo bench -p trunnion-benches --bench orient` prints the times; the latest figures are in docs/explanation/measurements.md. Run on one thread
 //! (`RAYON_NUM_THREADS=1`) the times are CPU times. Gathering the facets is part of every figure, reading a file is not.
@@ -11,7 +11,7 @@ use trunnion::orient::{Certified, Facets, Found, ObjectiveSettings, Process, Sea
 
 fn main() {
     if std::env::var_os("TRUNNION_MESHES").is_none() {
-        eprintln!("SKIPPED: the seeds' meshes (TRUNNION_MESHES says where they are)");
+        eprintln!("SKIPPED: the documents' meshes (TRUNNION_MESHES says where they are)");
     }
     divan::main();
 }
@@ -42,7 +42,7 @@ fn lump(rings: usize) -> TriangleMesh<Object> {
     TriangleMesh::new(points, facets)
 }
 
-/// The part: `lump <rings>`, or a file of the seeds' meshes.
+/// The part: `lump <rings>`, or a file of the documents' meshes.
 fn part(name: &str) -> Option<TriangleMesh<Object>> {
     if let Some(rings) = name.strip_prefix("lump ") {
         return Some(lump(rings.parse().expect("a number")));

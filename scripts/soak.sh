@@ -46,6 +46,14 @@ if [ -x $newer/bin/prusa-slicer ]; then
     step "every test of what slicers give, with those of Debian 13" with_newer_slicers
 fi
 
+# The tables and figures of the five documents, whole; with their meshes where those are given.
+five_documents() {
+    local meshes=()
+    [ -z "${TRUNNION_MESHES:-}" ] || meshes=(--meshes "$TRUNNION_MESHES")
+    cargo run --locked --all-features --profile proof --example reproduce -- --out "$target/reproduce" "${meshes[@]}"
+}
+step "the five documents" five_documents
+
 ray() {
     local place="$target/python-soak"
     rm -rf "$place" && mkdir -p "$place" || return 1

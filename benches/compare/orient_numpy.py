@@ -25,7 +25,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "
 
 import numpy as np  # noqa: E402
 
-# As the command's defaults: layer in mm, overhang from the vertical, the seed's tenth, 0.1 degree is flat.
+# As the command's defaults: layer in mm, overhang from the vertical, the paper's tenth, 0.1 degree is flat.
 LAYER, OVERHANG, TENTH, FLAT = 0.2, np.radians(45.0), 0.1, 1.0 - 1.5e-6
 # Facets times directions worked on at once: 8 MB of doubles.
 AT_ONCE = 1 << 20
@@ -140,7 +140,7 @@ OBJECTIVES = {
 
 
 def directions(alpha, beta):
-    """`d` of the seeds' angles (radians), as columns."""
+    """`d` of the documents' angles (radians), as columns."""
     return np.stack([-np.sin(beta), np.cos(beta) * np.sin(alpha), np.cos(beta) * np.cos(alpha)])
 
 

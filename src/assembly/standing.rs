@@ -157,9 +157,9 @@ mod tests {
         assert_eq!(ups[3], [1.0, 0.0, 0.0]);
         assert_eq!(ups.len(), 6, "{ups:?}");
         assert!(ups[4..].contains(&[0.0, 0.0, -1.0]) && ups[4..].contains(&[-1.0, 0.0, 0.0]), "{ups:?}");
-        // A needle stands on nothing.
+        // A needle stands on nothing: none of its faces has a square millimetre.
         let needle = TriangleMesh::new(
-            vec![Vec3::zeros(), Vec3::new(0.1, 0.0, 9.0), Vec3::new(0.0, 0.1, 9.0), Vec3::new(-0.1, -0.1, 9.0)],
+            vec![Vec3::zeros(), Vec3::new(0.02, 0.0, 9.0), Vec3::new(0.0, 0.02, 9.0), Vec3::new(-0.02, -0.02, 9.0)],
             vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]],
         );
         assert!(stands(&model(vec![needle])).is_empty());

@@ -70,6 +70,7 @@ mod publish;
 mod readable;
 mod recipes;
 mod referee;
+mod reproduced;
 mod respelt;
 mod rewriting;
 mod rims;

@@ -1,4 +1,4 @@
-//! What `orient.rs` holds on the seeds' meshes, which may not be copied here, on meshes that are made here: the same rows in every clone.
+//! What `orient.rs` holds on the documents' meshes, which may not be copied here, on meshes that are made here: the same rows in every clone.
 //!
 //! The values were worked out by other code: the formulas of `benches/compare/orient_numpy.py`, a grid of 2 degrees and all facet normals, and from the 50
 //! best of these a pattern search in the tangent plane down to steps of 1e-10.

@@ -290,7 +290,7 @@ fn no_direction_is_below_the_column_bound_of_shells_that_overlap() {
     nothing(&seen.end("support-volume-column of shells that overlap"));
 }
 
-/// The seeds' own meshes, fewer directions: evaluations take longer there.
+/// The documents' own meshes, fewer directions: evaluations take longer there.
 #[test]
 fn no_direction_is_below_a_bound_on_the_seeds_meshes() {
     let Some(folder) = meshes() else { return };

@@ -199,7 +199,7 @@ fn other_machines_take_what_fits_them() {
     }
 }
 
-/// Seed 004, section 6.2, L1: base, stem, the eight lower arms at (70, +-90), the eight upper arms upright.
+/// Ramos et al. (2021), section 6.2, L1: base, stem, the eight lower arms at (70, +-90), the eight upper arms upright.
 #[test]
 fn the_candelabrum_is_planned_in_the_four_slots_of_the_paper() {
     let run = trunnion().args(["plan", &fixture("candelabrum"), "-m", "generic-ac", "--json"]).output().unwrap();

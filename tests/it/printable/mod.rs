@@ -134,7 +134,7 @@ fn the_prices_figures_are_what_rays_see() {
     }
 }
 
-/// The seeds' meshes, 100 mm long.
+/// The documents' meshes, 100 mm long.
 fn printed() -> Option<Vec<(String, Mesh)>> {
     let folder = meshes()?;
     let mut files: Vec<_> =

@@ -112,7 +112,7 @@ fn push_relabel_stays_near_the_cheapest() {
     }
 }
 
-/// The seed's own heuristic leaves arcs overloaded; the repair leaves none, and loses nobody.
+/// The thesis's own heuristic leaves arcs overloaded; the repair leaves none, and loses nobody.
 #[test]
 fn overloaded_arcs_are_repaired() {
     let Some(graph) = graph(&KNOWN[2]) else { return };
@@ -171,7 +171,7 @@ fn the_ceiling_of_a_cavity_is_told() {
     assert!(told > 0.75 * shadow && told < 1.25 * shadow, "{told} for {shadow}");
 }
 
-/// A million nodes, and seven million: as large as the seed's inputs D and E.
+/// A million nodes, and seven million: as large as the thesis's inputs D and E.
 #[test]
 fn large_scenes_are_planned() {
     let knot = scenes::knot().graph();

@@ -1,4 +1,4 @@
-//! Scenes that want support: closed tubes and balls in the air, up to the sizes of seed 003's inputs D and E. Used by the tests and
+//! Scenes that want support: closed tubes and balls in the air, up to the sizes of Leitereg's (2020) inputs D and E. Used by the tests and
 //! by `benches/support.rs`.
 //!
 //! Slot frame, mm; the ground is z = 0.
@@ -99,7 +99,7 @@ pub(crate) fn block(low: Vec3, high: Vec3) -> TriangleMesh<Slot> {
     TriangleMesh::new((0..8).map(at).collect(), facets)
 }
 
-/// A leaning ring in the air, of the size of the seed's input A.
+/// A leaning ring in the air, of the size of the thesis's input A.
 pub(crate) fn leaning_ring() -> Scene {
     let mesh = ring(Vec3::new(45.0, 45.0, 31.0), [14.0, 5.0], Angle::from_deg(20.0), 0.4, 40);
     Scene { meshes: vec![mesh], space: [90.0, 90.0, 50.0], step_mm: 2.15 }
@@ -111,7 +111,7 @@ pub(crate) fn two_balls() -> Scene {
     Scene { meshes: meshes.into(), space: [100.0, 100.0, 90.0], step_mm: 1.9 }
 }
 
-/// A large knotted tube: 1.1 million nodes, as the seed's input D.
+/// A large knotted tube: 1.1 million nodes, as the thesis's input D.
 pub(crate) fn knot() -> Scene {
     let at = |t: f64| {
         let (a, r) = (TAU * t, 26.0);
@@ -121,7 +121,7 @@ pub(crate) fn knot() -> Scene {
     Scene { meshes: vec![tube(&at, 11.0, 900, 60)], space: [200.0, 200.0, 140.0], step_mm: 1.25 }
 }
 
-/// Hundreds of leaning rings, above and beside each other: 6.5 million nodes, as the seed's input E.
+/// Hundreds of leaning rings, above and beside each other: 6.5 million nodes, as the thesis's input E.
 pub(crate) fn many_rings() -> Scene {
     let mut numbers = SplitMix64::seeded(7);
     let mut meshes = Vec::new();

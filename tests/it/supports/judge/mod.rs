@@ -1,7 +1,7 @@
 //! A judge of printed supports: seven figures of any sliced file, whoever made it.
 //!
 //! It knows the surface that is held (corners of triangles, mm, +Z up) and the file's lines (`sliced.rs`), and shares no code with what
-//! plans, lays or verifies supports. The figures are those by which seed 003's methods are compared:
+//! plans, lays or verifies supports. The figures are those by which Leitereg's (2020) methods are compared:
 //!
 //! ```text
 //! volume         of all lines of support: the filament that they take, mm3
