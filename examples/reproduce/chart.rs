@@ -188,7 +188,7 @@ fn spread(values: impl Iterator<Item = f64>, room: bool) -> [f64; 2] {
     let margin = if room { 0.06 * (high - low) } else { 0.0 };
     match high - low {
         wide if wide > 0.0 => [low - margin, high + margin],
-        wide if wide == 0.0 => [low - 1.0, high + 1.0],
+        0.0 => [low - 1.0, high + 1.0],
         _ => [0.0, 1.0],
     }
 }
@@ -217,10 +217,10 @@ impl Paper {
     /// Lines and figures at round values, and what the axes count.
     fn frame(&mut self, axes: [&str; 2], logarithmic: [bool; 2]) {
         let [[left, bottom], [right, top]] = [0, 1].map(|end| self.place([self.range[0][end], self.range[1][end]]));
-        for k in 0..2 {
-            for value in ticks(self.range[k], logarithmic[k]) {
+        for (k, by_tens) in logarithmic.into_iter().enumerate() {
+            for value in ticks(self.range[k], by_tens) {
                 let at = self.place(if k == 0 { [value, self.range[1][0]] } else { [self.range[0][0], value] });
-                let text = if logarithmic[k] { power(value) } else { super::item::figures(value) };
+                let text = if by_tens { power(value) } else { super::item::figures(value) };
                 if k == 0 {
                     self.drawing.line(vec![[at[0], bottom], [at[0], top]], 0.5, PALE);
                     self.drawing.text([at[0], bottom + 15.0], 11.0, Anchor::Middle, text);

@@ -29,8 +29,11 @@ use std::process::ExitCode;
 use item::{Document, Kind};
 use sources::Run;
 
+/// Makes a document.
+type Remade = fn(&Run) -> Document;
+
 /// The documents by their words, in the order of the page.
-const ALL: [(&str, fn(&Run) -> Document); 5] = [
+const ALL: [(&str, Remade); 5] = [
     ("castro", castro::document),
     ("puri", puri::document),
     ("boogers", boogers::document),

@@ -17,9 +17,9 @@ pub(crate) fn page(documents: &[Document]) -> String {
     );
     overview(&mut out, documents);
     for document in documents {
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<section id=\"{key}\"><h2>{authors} ({year})</h2><p class=\"title\">{title}</p>\n",
+            "<section id=\"{key}\"><h2>{authors} ({year})</h2><p class=\"title\">{title}</p>",
             key = document.key,
             authors = escaped(document.authors),
             year = document.year,

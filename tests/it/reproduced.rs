@@ -76,7 +76,7 @@ fn each_value_is_as_near_as_the_page_says_and_the_page_has_every_table_and_figur
         }
     }
     note(&format!("{judged} values are compared, {open} cannot be"));
-    assert!(judged > 150 && judged > 3 * open, "{judged} and {open}");
+    assert!(judged > 150 && judged > 2 * open, "{judged} and {open}");
     for (document, (key, all, remade)) in documents.iter().zip(COUNTS) {
         let [tables, figures] = [item::Kind::Table, item::Kind::Figure].map(|kind| document.count(kind));
         assert_eq!((document.key, [tables[0], figures[0]], [tables[1], figures[1]]), (key, all, remade));
@@ -100,7 +100,11 @@ fn each_value_is_as_near_as_the_page_says_and_the_page_has_every_table_and_figur
     assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("@import"));
     let links = page.matches("http").count();
     assert_eq!(links, page.matches("xmlns=\"http").count());
-    assert_eq!(page, made().1);
+    // Two that draw numbers and stop by steps.
+    let run = sources::Run { quick: true, meshes: None };
+    for again in example::remade(&run, &["boogers".to_owned(), "leitereg".to_owned()]) {
+        assert!(listed.contains(&again.json()), "{} differs from one run to the next", again.key);
+    }
 }
 
 #[test]

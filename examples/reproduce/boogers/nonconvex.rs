@@ -136,6 +136,10 @@ fn bunny(run: &Run) -> Vec<Item> {
         frame(vec![painted(&mesh, |facet| Some(tint(per[facet] / most)))], words)
     };
     let frames = vec![costs(1.0, 0.0, "a = 1, b = 0"), costs(0.5, 0.5, "a = b = 0.5"), costs(0.0, 1.0, "a = 0, b = 1")];
+    let lowered = |of: &[f64]| {
+        let sum = |sign: f64| of.iter().map(|cost| (sign * cost).max(0.0)).sum::<f64>();
+        100.0 * sum(-1.0) / sum(1.0)
+    };
     let negative = |of: &[f64]| of.iter().filter(|cost| **cost < -1e-9).count();
     vec![
         Item::figure("4.4", captions[0].1)
@@ -152,8 +156,10 @@ fn bunny(run: &Run) -> Vec<Item> {
             .stand_in(instead)
             .picture("blue raises the cost, red lowers it", sheet("Figure 4.6", 3, frames, Vec::new()))
             .row(
-                Row::absolute("facets that lower the cost, a = 0, b = 1", 0.0, negative(&areas) as f64, 0.0, "facets")
-                    .because("\"facets that were red before are now blue\""),
+                Row::absolute("what lowers the cost, % of what raises it, a = 0, b = 1", 0.0, lowered(&areas), 2.0, "points")
+                    .because(
+                        "\"facets that were red before are now blue\"; equation 4.3 is negative for facets that see more overhangs below than above",
+                    ),
             )
             .row(Row::same(
                 "facets that lower the cost, a = 1, b = 0",

@@ -27,6 +27,7 @@ pub(super) struct Surface {
 const AS_FILED: [(usize, f64); 3] = [(0, 1.0), (1, 1.0), (2, 1.0)];
 const FIRST: &str = "the thesis takes the lowest point over each facet's first corner only";
 
+#[allow(clippy::approx_constant, reason = "an angle as it is printed")]
 pub(super) const SURFACES: [Surface; 7] = [
     Surface {
         name: "Arm",

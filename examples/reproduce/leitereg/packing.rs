@@ -44,7 +44,7 @@ fn packed(instance: &Instance, goal: PackGoal, method: Method, steps: u64) -> Op
 }
 
 pub(super) fn runs(run: &Run) -> Item {
-    let steps = if run.quick { 300_000 } else { 20_000_000 };
+    let steps = if run.quick { 300_000 } else { 5_000_000 };
     let printed = [
         (15, "0.06 s", "0.04 s"),
         (30, "0.7 s", "0.06 s"),
@@ -63,7 +63,7 @@ pub(super) fn runs(run: &Run) -> Item {
         let instance = boxes(count, count as u64);
         let Some(auto) = packed(&instance, PackGoal::Runs, Method::Auto, steps) else { continue };
         let Some(tabu) = packed(&instance, PackGoal::Runs, Method::Tabu, steps) else { continue };
-        let program = packed(&instance, PackGoal::Runs, Method::Ip, steps.min(3_000_000));
+        let program = packed(&instance, PackGoal::Runs, Method::Ip, steps.min(600_000));
         let ours = format!(
             "{} runs by tabu search, {} by the integer program, {} by auto, at least {}",
             tabu.runs,
@@ -107,7 +107,7 @@ pub(super) fn filling(run: &Run) -> Item {
         (30, 84.0, [83.0, 83.0, 83.0]),
         (35, 83.0, [78.0, 81.0, 81.0]),
     ];
-    let (steps, most) = if run.quick { (200_000, 2) } else { (6_000_000, 4) };
+    let (steps, most) = if run.quick { (200_000, 2) } else { (2_000_000, 4) };
     let whole = volume(&[SPACE; 3]);
     let mut curves: [Vec<[f64; 2]>; 2] = Default::default();
     for (count, program, local) in printed.into_iter().take(most) {

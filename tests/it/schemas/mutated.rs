@@ -56,7 +56,8 @@ fn mutants(document: &Value, at: &str, required: bool) -> Vec<(&'static str, Val
 
 /// Whether the document is one without this key too: then it is optional.
 fn is_optional(at: &str) -> bool {
-    const OPTIONAL: [&str; 17] = [
+    const OPTIONAL: [&str; 18] = [
+        "ups",
         "bridge_mm",
         "machine_values",
         "alternatives",
