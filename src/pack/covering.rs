@@ -1,4 +1,4 @@
-//! A solid covered by a few boxes (Leitereg 2020, section 2.3), over the cells that it touches: branch and cut over boxes on one side of a plane, and
+//! A solid covered by a few boxes (Leitereg (2020), section 2.3), over the cells that it touches: branch and cut over boxes on one side of a plane, and
 //! k-means with a middle and a diagonal for each box; the less volume of both. Every point of the solid lies in one of the boxes.
 
 use super::voxels::{Span, voxels};

@@ -95,7 +95,7 @@ pub enum PackGoal {
     Height,
 }
 
-/// How far from the best packing the integer program's local search goes: the Hamming distance of the program's zero-one variables (Leitereg 2020,
+/// How far from the best packing the integer program's local search goes: the Hamming distance of the program's zero-one variables (Leitereg (2020),
 /// "Local search using IP", `used_d` and `dir_d`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Neighbourhood {

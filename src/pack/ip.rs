@@ -1,4 +1,4 @@
-//! The integer program of Leitereg 2020, section 2.2, as printed: a place for each box, and for each pair of boxes six zero-one variables of which
+//! The integer program of Leitereg (2020), section 2.2, as printed: a place for each box, and for each pair of boxes six zero-one variables of which
 //! one must be 0, "j lies to the right of i" and so on. `max c used`, or the least number of runs: then the runs stand beside each other along x.
 //!
 //! Given to the solver besides: the best packing that is known as a start, bounds, an order among equal boxes, and turns (a box's lengths

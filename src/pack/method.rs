@@ -101,7 +101,7 @@ pub enum Unpackable {
 /// Steps of `Auto` with which the integer programs begin.
 #[cfg(feature = "integer-program")]
 const BEFORE_IP: u64 = 300_000;
-/// The neighbourhoods of the local search, one after the other, where none is given (Leitereg 2020, chapter 4).
+/// The neighbourhoods of the local search, one after the other, where none is given (Leitereg (2020), chapter 4).
 #[cfg(feature = "integer-program")]
 const NEIGHBOURHOODS: [Neighbourhood; 3] = [
     Neighbourhood { used: 2, directions: 30 },

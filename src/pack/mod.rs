@@ -1,4 +1,4 @@
-//! Packing: boxes and models into as few runs as there must be, the most value into one, or all into one as low as can be (Leitereg 2020, chapter 2).
+//! Packing: boxes and models into as few runs as there must be, the most value into one, or all into one as low as can be (Leitereg (2020), chapter 2).
 //!
 //! ```text
 //! Instance{space, gap, turns, items} --pack--> Answer{placed, runs, bound, ended}      boxes, whole units

@@ -21,7 +21,7 @@
 //!
 //! `trunnion pack --inflate` packs such meshes in place of models with many facets.
 //!
-//! Source: A. Gaschler, Q. Fischer and A. Knoll, "The bounding mesh algorithm", TUM-I1522, 2015; Leitereg 2020, section 2.5; the link
+//! Source: A. Gaschler, Q. Fischer and A. Knoll, "The bounding mesh algorithm", TUM-I1522, 2015; Leitereg (2020), section 2.5; the link
 //! condition after T. Dey et al., "Topology preserving edge contraction", 1999.
 
 mod collapse;

@@ -20,7 +20,7 @@
 //! `trunnion split --convex` writes the hulls. Neither packing nor planning asks them: `benches/pieces.rs` holds them against their trees of boxes.
 //!
 //! Source: K. Mamou and F. Ghorbel, "A simple and efficient approach for 3D mesh approximate convex decomposition", ICIP 2009, 3501;
-//! Leitereg 2020, section 2.5 (which takes `D` of each group; the paper normalises once, and so is it here).
+//! Leitereg (2020), section 2.5 (which takes `D` of each group; the paper normalises once, and so is it here).
 
 mod cluster;
 mod merge;

@@ -22,7 +22,7 @@ pub struct Listed {
 /// Hands every feasible sequence to `each` as it is found, `most` at most.
 ///
 /// With [`PoseChoice::Any`] those of every way in which the model can stand on a face ([`stands`]), each with the direction of the
-/// file that is then up, as the thesis of Ramos et al. (2021) lists them; without, the direction is `None`.
+/// file that is then up, as Ramos et al. (2021) list them; without, the direction is `None`.
 ///
 /// # Errors
 ///
