@@ -8,8 +8,9 @@
 //! repeated), `--quick` (what takes long is left out), `--meshes DIR` (a folder with meshes of the documents, which are not the project's to
 //! pass on; they are read and never copied).
 //!
-//! The exit code is 1 where a value is farther off than the page says it should be. What is printed is data of this program, with its table or equation; what is ours is computed by the library's public functions in the
-//! run. Same input, same files: searches end by steps, not by the clock.
+//! The exit code is 1 where a value is farther off than the page says it should be. What is printed, or expected by a definition or another
+//! method, is data of this program, with its table or equation; what is ours is computed by the library's public functions in the run. With
+//! `--quick` the same input gives the same files; the whole run tells seconds as well. Searches end by steps, not by the clock.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program that says what it wrote")]
 
 mod boogers;

@@ -11,8 +11,8 @@ pub(crate) fn page(documents: &[Document]) -> String {
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>Five documents, remade</title>\n<style>{STYLE}</style></head><body>\n<main>\n<h1>Five documents, remade</h1>\n\
-         <p>Each table and figure of the documents whose methods trunnion implements. <b>Printed</b> is what the document says, \
-         <b>ours</b> is what the library computed for this page. A tick: as near as expected. A dash: the two cannot be compared, and the \
+         <p>Each table and figure of the documents whose methods trunnion implements. <b>Printed</b> is what the document says, or \
+         what a definition, an equation or another method lets expect where it prints nothing; <b>ours</b> is what the library computed for this page. A tick: as near as expected. A dash: the two cannot be compared, and the \
          last column says why.</p>\n"
     );
     overview(&mut out, documents);
@@ -81,7 +81,7 @@ fn item(out: &mut String, key: &str, item: &Item) {
         out.push_str("</div>\n");
     }
     if !item.rows.is_empty() {
-        out.push_str("<table><thead><tr><th></th><th>printed</th><th>ours</th><th>deviation</th><th></th><th>why</th></tr></thead><tbody>\n");
+        out.push_str("<table><thead><tr><th></th><th>printed or expected</th><th>ours</th><th>deviation</th><th></th><th>why</th></tr></thead><tbody>\n");
         item.rows.iter().for_each(|one| row(out, one));
         out.push_str("</tbody></table>\n");
     }

@@ -70,6 +70,12 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
     kept
 }
 
+/// Whether one of two parts in different bodies is caught in the other: no way leads it out, or one along a line that lies.
+pub(super) fn is_joint(one: &TriangleMesh<Object>, other: &TriangleMesh<Object>) -> bool {
+    let near = one.bounds().inflated(NEAR_MM).meets(&other.bounds());
+    near && other.facets().len().max(one.facets().len()) <= MOST_FACETS && is_blocked(one, other)
+}
+
 /// For each of the `captive` parts the one that it is caught in: of those that stand, or are caught in one that does, the one whose box it shares
 /// most; in an order in which each comes behind what it is caught in. Boxes that are all apart tell of none.
 pub(super) fn catchers(parts: &[Part], captive: &[usize], standing: &[usize]) -> Vec<(usize, usize)> {

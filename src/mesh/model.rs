@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hashbrown::{HashMap, HashSet};
 
-use super::captive::{captive, catchers};
+use super::captive::{captive, catchers, is_joint};
 use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
@@ -179,6 +179,15 @@ impl Model {
     /// Whether a part is one of these.
     pub fn is_in_place(&self, part: usize) -> bool {
         self.on_table.contains(&part) || self.captive.contains(&part)
+    }
+
+    /// Whether two parts make a joint: they are of different bodies, and one is [captive](Self::captive) or could not be pulled out of the other.
+    /// What stands in the gap between them is caught as well.
+    pub fn is_joint(&self, one: usize, other: usize) -> bool {
+        let bodies = self.bodies();
+        bodies[one] != bodies[other]
+            && ([one, other].iter().any(|part| self.captive.contains(part))
+                || is_joint(&self.parts[one].mesh, &self.parts[other].mesh))
     }
 
     /// By part, whether it hangs together with one that is printed in place.

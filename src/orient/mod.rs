@@ -28,10 +28,10 @@
 //!
 //! # What of the documents' numbers cannot be reproduced, and why
 //!
-//! - de Castro (2020), table 4.2.1: three of the printed minima are in another frame than the file's, (-x, z, y) for one part, (x,
+//! - de Castro (2020), table 4.2.1: two of the printed minima are in another frame than the file's, (-x, z, y) for one part, (x,
 //!   -z, y) for another, and some take the lowest point over each facet's first corner only. Here: the file's frame, all
 //!   corners. The bunny's stops on a kink 0.1 % above the minimum. The 32 starts have a slip
-//!   ([`Starts::GridCentres`]). The minima of equation 3.1.2 come from a grid of 4 degrees, with the sign of beta reversed.
+//!   ([`Starts::GridCentres`]). The minima of equation 3.1.2 come from a grid of 4 degrees by their angles (the text says 1), with the sign of beta reversed.
 //! - Puri (2019): the text lacks the division by ten that its code has ([`TanhOverhang`]). Its cut cylinder, 0.12232 at (-2.618,
 //!   0), is 0.12323 at 150 degrees sharp by the paper's own formula in double precision as well: the minimum is a kink where
 //!   the cut lies flat, 0.00006 degrees beside, since the file's corners are in single precision, and f rises by 0.0009

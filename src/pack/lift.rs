@@ -1,6 +1,6 @@
 //! In which order the models of a run can be lifted out, each straight up: one must wait while another has something above any of it.
 //!
-//! Looked at in columns half a gap wide, each widened to whole columns: what is said to come out does; models whose sides only just pass each
+//! Looked at in columns half a gap wide, wider where these were many, each widened to whole columns: what is said to come out does; models whose sides only just pass each
 //! other may be said to hold each other though they do not.
 
 use std::collections::HashMap;
@@ -18,8 +18,9 @@ pub struct Lift {
     pub locked: Vec<usize>,
 }
 
-/// Columns across the longer side, at most.
+/// Columns across the longer side, at most, and below all pieces of a run.
 const MOST_COLUMNS: f64 = 2000.0;
+const MOST_BELOW: f64 = 2e6;
 
 /// The order for each run.
 pub fn lift(solids: &[PackSolid], room: &Room, put: &[Put]) -> Vec<Lift> {
@@ -28,8 +29,13 @@ pub fn lift(solids: &[PackSolid], room: &Room, put: &[Put]) -> Vec<Lift> {
 }
 
 fn of_run(solids: &[PackSolid], room: &Room, put: &[Put], run: usize) -> Lift {
-    let step = (room.gap_mm / 2.0).max(room.space_mm[0].max(room.space_mm[1]) / MOST_COLUMNS);
     let own: Vec<usize> = (0..put.len()).filter(|&i| put[i].run == run).collect();
+    let below = |&i: &usize| {
+        let size = solids[put[i].model].bounds(&put[i].turn).size();
+        size.x * size.y
+    };
+    let fine = (room.gap_mm / 2.0).max(room.space_mm[0].max(room.space_mm[1]) / MOST_COLUMNS);
+    let step = fine.max((own.iter().map(below).sum::<f64>() / MOST_BELOW).sqrt());
     let mut columns: HashMap<[i32; 2], Vec<(usize, f64, f64)>> = HashMap::new();
     for (index, &piece) in own.iter().enumerate() {
         for (column, [low, high]) in silhouette(solids, &put[piece], step) {

@@ -60,7 +60,7 @@ pub fn pack_models(
     };
     let by_boxes = by_boxes.map_err(|why| match why {
         Unpackable::TooLarge(item) => Unpackable::TooLarge(boxed.pieces[item].0),
-        Unpackable::NotLow(_) => Unpackable::NotLow((bound * UNITS).ceil() as i64),
+        Unpackable::NotLow(_) => Unpackable::NotLow(((bound - 1e-6) * UNITS).ceil() as i64),
         other => other,
     });
     let more = shapes || method.of_shapes();
@@ -93,7 +93,7 @@ pub fn pack_models(
         best.ended = watch.ended();
     }
     if goal == PackGoal::Height && best.put.is_empty() && !boxed.pieces.is_empty() {
-        return Err(Unpackable::NotLow((bound * UNITS).ceil() as i64));
+        return Err(Unpackable::NotLow(((bound - 1e-6) * UNITS).ceil() as i64));
     }
     if met(&best.put, best.runs) {
         best.ended = Ended::Proved;

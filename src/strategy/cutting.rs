@@ -86,5 +86,7 @@ pub(super) fn in_pieces(
     let plain =
         PlanOptions { remedies: false, allow: pieces.allow, budget: options.budget.min(STEPS), ..options.clone() };
     let plan = planned_along(Along::These(&pieces.ups), parts, machine.clone(), &plain, world);
-    Ok((plan.map_err(|error| Refused::Crowded(Arc::new(error)))?, pieces.cut, bytes))
+    let is_joint = !model.model.captive.is_empty();
+    let crowded = |error| if is_joint { Refused::Jointed } else { Refused::Crowded(Arc::new(error)) };
+    Ok((plan.map_err(crowded)?, pieces.cut, bytes))
 }

@@ -32,6 +32,8 @@ const SEED: u64 = 1;
 const BESIDE_WIDTHS: f64 = 0.5;
 /// What is farther away stands in no support's way, mm: the widest grid ends five steps of 5 mm beside its part.
 const NEAR_MM: f64 = 30.0;
+/// So far around what makes a joint with a part its gap is, mm.
+const JOINT_MM: f64 = 1.0;
 /// Facets as near to the table lie on it, mm.
 const ON_TABLE_MM: f64 = 0.05;
 /// Heights that differ by less are one layer, mm.
@@ -66,10 +68,9 @@ impl HeldMesh {
         let motion = table.forward(print.pose(table));
         let to_slot = Rigid::<Machine, Slot>::new(Mat3::identity(), -slot.to_machine);
         let near = slot.mesh.bounds().inflated(NEAR_MM);
-        let is_captive = |part: &usize| workpiece.model.captive.contains(part);
         let others = setup.iter().map(|one| one.part).filter(|part| *part != print.part);
         let (caught, free): (Vec<usize>, Vec<usize>) =
-            others.partition(|part| is_captive(part) || is_captive(&print.part));
+            others.partition(|part| workpiece.model.is_joint(print.part, *part));
         let placed = |parts: Vec<usize>| -> Vec<TriangleMesh<Slot>> {
             let placed = parts.into_iter().map(|part| workpiece.parts[part].moved(&motion).moved(&to_slot));
             placed.filter(|mesh| mesh.bounds().meets(&near)).collect()
@@ -78,6 +79,12 @@ impl HeldMesh {
         let carrying = others.len();
         others.extend(placed(caught));
         Self { slot, others, carrying }
+    }
+
+    /// Whether a place of the part is where supports could not be removed: it is captive, or what makes a joint with it is there.
+    pub(crate) fn is_in_joint(&self, at: &Vec3) -> bool {
+        let joints = &self.others[self.carrying..];
+        self.slot.raised_mm > 0.0 || joints.iter().any(|mesh| mesh.bounds().inflated(JOINT_MM).holds(at))
     }
 
     /// The tops of its layers, where each is `layer_mm` high; from the table on.

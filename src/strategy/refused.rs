@@ -49,8 +49,8 @@ pub enum Refused {
     /// Each solid has a plan by itself.
     #[error("each has a plan by itself, but not beside the others; place them farther apart (--gap)")]
     Beside,
-    /// The solids of a joint, each of which has a plan by itself.
-    #[error("the parts of a joint are printed in place, and none of them needs a cut")]
+    /// The solids of a joint, which only have plans apart from each other.
+    #[error("the parts of a joint are printed in place, not cut")]
     Jointed,
     /// No cut was made.
     #[error("nothing of it needs a cut")]
@@ -116,9 +116,9 @@ pub enum Refused {
         /// What columns have no way to the table from, mm².
         bare_mm2: f64,
     },
-    /// A captive part that hangs where no support could be taken out.
+    /// A part of a joint that hangs where no support could be removed.
     #[error(
-        "even with supports {area_mm2:.1} mm2 of it would be printed in mid-air, at Z {:.1} mm: it is captive, and a support on another part of the joint could not be taken out; leave at most {gap_mm:.1} mm of air below it, or turn the joint (--up)",
+        "even with supports {area_mm2:.1} mm2 of it would be printed in mid-air, at Z {:.1} mm: supports in the gap of a joint could not be removed; leave at most {gap_mm:.1} mm of air below it, or turn the joint (--up)",
         .at.z
     )]
     Captive {

@@ -369,7 +369,7 @@ impl Attempt {
         let left = left.unwrap_or_else(|| judge.judged(&laid.held(&supports, rule))).hangs;
         if let Some(patch) = left.first() {
             let bare_mm2 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
-            if mesh.slot.raised_mm > 0.0 {
+            if mesh.is_in_joint(&patch.at) {
                 let gap_mm = OverhangRule::OTHERS_LAYERS * process.layer_height_mm;
                 return Err(Refused::Captive { area_mm2: area_of(&left), at: patch.at, gap_mm });
             }

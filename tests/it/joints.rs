@@ -139,6 +139,44 @@ fn what_is_caught_is_printed_in_place() {
     }
 }
 
+/// An axle that stands on feet beside its block is no captive part, and nothing can be removed from its bore either.
+#[test]
+fn nothing_is_left_in_the_bore_of_an_axle_that_stands() {
+    let folder = new_folder();
+    let here = folder.path();
+    let lying = |radius: f64, length: f64| rod(radius, length, 48).at(0.0, 0.0, -length / 2.0).about_y(90.0);
+    let foot = |x: f64| block(3.0, 8.0, 6.0).at(x, -4.0, 0.0);
+    for (gap, is_printed) in [(0.3, true), (0.8, false)] {
+        let hull = block(20.0, 20.0, 12.0).at(-10.0, -10.0, 0.0).less(&lying(4.0 + gap, 60.0).at(0.0, 0.0, 6.0));
+        let axle = lying(4.0, 36.0).at(0.0, 0.0, 6.0).and(&foot(-18.0)).and(&foot(15.0));
+        written(here, "feet.stl", &[axle, hull]);
+        let args = ["prepare", "feet.stl", "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode", "--json"];
+        let done = trunnion().current_dir(here).args(args).output().unwrap();
+        assert_eq!(done.status.success(), is_printed, "{gap}: {}", said(&done));
+        if is_printed {
+            let lines: Vec<Line> =
+                steps(&fs::read_to_string(here.join("out.gcode")).unwrap()).into_iter().filter_map(Line::of).collect();
+            // Of the axle, whose middle is that of both parts: below it, in the bore, no supports.
+            let all = lines.iter().filter(|line| line.print < 2).flat_map(|line| [line.from, line.to]);
+            let (low, high) = all.fold(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]), |(low, high), p| {
+                ([0, 1].map(|i| low[i].min(p[i])), [0, 1].map(|i| high[i].max(p[i])))
+            });
+            let middle = [0, 1].map(|i| f64::midpoint(low[i], high[i]));
+            let in_bore = |line: &&Line| {
+                let at = [0, 1].map(|i| f64::midpoint(line.from[i], line.to[i]) - middle[i]);
+                line.print >= 2 && at[0].abs() < 9.0 && at[1].abs() < 4.0 && (1.4..2.6).contains(&(line.z - lines[0].z))
+            };
+            assert_eq!(lines.iter().filter(in_bore).count(), 0);
+            fs::remove_file(here.join("out.gcode")).unwrap();
+        } else {
+            let refused: Value = serde_json::from_slice(&done.stdout).unwrap();
+            let supports = refused["ways"].as_array().unwrap().iter().find(|tried| tried["way"] == "supports").unwrap();
+            assert_eq!(supports["code"], "way/captive", "{supports}");
+            assert!(!here.join("out.gcode").exists());
+        }
+    }
+}
+
 /// Each line of the supports of the first print has another one just below it, down to the table: none of them is caught in the joint.
 fn all_stand_on_the_table(lines: &[Line], name: &str) {
     let supports: Vec<&Line> = lines.iter().filter(|line| line.print == 2).collect();

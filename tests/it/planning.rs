@@ -372,6 +372,13 @@ fn all_sequences_of_all_stands_are_listed_with_what_is_up() {
     assert_eq!((&drawn["count"], &drawn["ups"]), (&Value::from(1), &Value::Null));
     let (_, few, _) = plan(&fixture("two-boxes"), &[&any[..], &["--limit", "2"]].concat());
     assert_eq!((&few["count"], &few["complete"]), (&Value::from(2), &Value::from(false)));
+    // A stand in which a part floats is left out, and the search ends at its limit.
+    let folder = folder();
+    let apart = self::boxes(folder.path(), &[([0.0; 3], [20.0; 3]), ([60.0, 0.0, 0.0], [80.0, 20.0, 40.0])]);
+    let (code, listed, said) = plan(&apart, &any);
+    assert!(code == 0 && listed["count"].as_u64() > Some(1), "{said}");
+    let (code, one, _) = plan(&apart, &[&any[..], &["--limit", "1"]].concat());
+    assert_eq!((code, &one["count"], &one["complete"]), (0, &Value::from(1), &Value::from(false)));
     // What cannot be printed in any stand says why, as it does where it stands.
     let (code, _, said) = plan(&fixture("caged"), &any);
     assert!(code == 1 && fails(&said, "plan/no-plan"), "{said}");

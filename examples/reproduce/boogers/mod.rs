@@ -10,7 +10,8 @@ use super::item::{Document, Item, Kind};
 use super::sources::Run;
 
 /// Drawings that explain a process or define symbols.
-const DRAWN: [(&str, &str); 12] = [
+const DRAWN: [(&str, &str); 13] = [
+    ("1.2", "Method of Ezair et al.: the volume below the top surface less that of the model"),
     ("2.1", "Processing pipeline of additive manufacturing"),
     ("2.2", "Slicing of a part into layers"),
     ("2.3", "Staircase effect of a sphere"),

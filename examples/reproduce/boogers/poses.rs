@@ -97,7 +97,7 @@ fn extremes(part: &Part) -> Vec<Item> {
             "5.8",
             "The pose with the least support volume",
             least.up,
-            "15.1 mm³ at [-84, -131], 0.23 of that as drawn",
+            "15.1 mm³ at [-84, -131] (400 facets); 15.670 mm³, 77 % less than as drawn (10,000)",
         )
         .row(Row::same("least at most as large as most", "yes", if ordered { "yes" } else { "no" })),
         item("5.9", "The pose with the most support volume", most.up, "77 mm³ at [-22, 25]"),

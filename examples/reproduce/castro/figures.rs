@@ -236,13 +236,13 @@ fn landscape(
 }
 
 fn alexander(mesh: &TriangleMesh<Object>) -> (Vec3, f64) {
-    // 60 mm long, in the thesis's numbers: layers and sides of 1 mm, penalty 10.
+    // 60 mm long, in the thesis's numbers: layers and sides of 1 mm, penalty 10 cm.
     let scale = 60.0 / mesh.bounds().size().max();
     let facets = Facets::of(&TriangleMesh::<Object>::new(
         mesh.vertices().iter().map(|p| p * scale).collect(),
         mesh.facets().to_vec(),
     ));
-    let f = Alexander { layer_mm: 1.0, sides_mm: [1.0; 2], penalty_mm: 10.0, overhang: Angle::from_deg(45.0) };
+    let f = Alexander { layer_mm: 1.0, sides_mm: [1.0; 2], penalty_mm: 100.0, overhang: Angle::from_deg(45.0) };
     let search = Multistart { starts: 12, budget: 60, ..Multistart::default() };
     (search.search(&f, &facets).minima.first().map_or(Vec3::z(), |m| m.up), scale)
 }

@@ -67,7 +67,7 @@ pub(super) fn ball(_: &Run) -> Item {
         .picture("", sheet("Figure 3.1", 2, frames, Vec::new()))
         .row(
             Row::absolute("slanting arcs of the cheapest flow, %", 0.0, slanting, 0.0, "points")
-                .because("\"a simple straight line down\" in the text"),
+                .because("the text calls it a simple straight line down"),
         )
         .row(
             Row::same("shared paths need less material", "less", if share < 1.0 { "less" } else { "more" })
@@ -225,7 +225,7 @@ pub(super) fn graphs(run: &Run) -> Vec<Item> {
         let above = 100.0 * (found[0].0 as f64 / least as f64 - 1.0);
         times.rows.push(
             Row::absolute(format!("{}: cost of push-relabel above the least", input.name), 0.0, above, 3.0, "%")
-                .because("no value is printed; the rule \"vertical edges first\" is to keep it near"),
+                .because("expected, not printed: the rule to take vertical edges first is to keep it near"),
         );
         if matches!(input.name, "A" | "D") || input.name == "E" && !run.quick {
             let supports = if input.name == "E" {
@@ -239,7 +239,7 @@ pub(super) fn graphs(run: &Run) -> Vec<Item> {
             frames.push(drawn(&scene, &mesh, &format!("input {}: {}", input.name, input.what)));
         }
     }
-    let figure = Item::figure("4.1", "The inputs, with supports by shortest paths")
+    let figure = Item::figure("4.1", "The inputs; those of A and D with supports by shortest paths")
         .stand_in("solids like those of the pictures; the files are not published")
         .picture("", sheet("Figure 4.1", 3, frames, Vec::new()));
     vec![sizes, times, figure]

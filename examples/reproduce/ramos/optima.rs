@@ -40,7 +40,7 @@ pub(super) fn toy() -> Item {
     let wanted = [0.0, (1.5 * std::f64::consts::PI).ln().sqrt(), (3.5 * std::f64::consts::PI).ln().sqrt()];
     let curves = vec![
         Curve::of("sin(exp(x²))", ends, 400, f),
-        Curve::dots("evaluated in the first outer iteration", asked.iter().take(60).map(|u| [x(u), f(x(u))]).collect()),
+        Curve::dots("the first 60 evaluations", asked.iter().take(60).map(|u| [x(u), f(x(u))]).collect()),
         Curve::dots("minima found", found.minima.iter().map(|m| [x(&m.up), m.value]).collect()),
     ];
     let chart = Chart::new("Figure 3: the toy problem", ["x", "f(x)"], curves);
@@ -158,7 +158,8 @@ fn landscape(shown: &Shown, mesh: &TriangleMesh<Object>, run: &Run) -> Item {
         return item;
     }
     item.note(
-        "The text gives part 11 a global minimum of 0 after 6850 evaluations, table 1 one of 297.078 after 10316. Ours is a cylinder with oblique ends, which alone count along its axis.",
+        "The text gives part 11 a global minimum of 0 after 6850 evaluations, table 1 one of 297.078 after 10316. Ours is a cylinder with \
+         oblique ends, which alone count along its axis.",
     )
 }
 

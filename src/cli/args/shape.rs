@@ -101,7 +101,7 @@ pub(in crate::cli) struct Split {
     #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new(), required_unless_present = "convex")]
     pub(in crate::cli) profile: Option<String>,
     /// Take the model apart into nearly convex pieces instead, and write the hull of each: for simulators and planners, not for printing
-    #[arg(long, conflicts_with_all = ["up", "no_cut", "strict", "pedestal", "overhang"])]
+    #[arg(long, conflicts_with_all = ["up", "no_cut", "strict", "pedestal", "overhang", "bridge", "tolerate", "margin", "max_cuts", "budget", "allow"])]
     pub(in crate::cli) convex: bool,
     /// How far a piece may be from convex [default: a hundredth of the diagonal of each part's box]
     #[arg(long, value_name = "MM", requires = "convex", allow_hyphen_values = true)]

@@ -166,7 +166,7 @@ impl OrientAsked {
         let unproved = match (found.lower_bound, search.name()) {
             (Some(_), _) => None,
             (None, "certified") if reached.is_some() => {
-                Some("the bound that was reached is more than a quarter below the best value".to_owned())
+                Some("the bound that was reached is too far below the best value to say much".to_owned())
             }
             (None, "certified") => Some(f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned())),
             (None, name) => Some(format!("{name} proves no bound; use --method certified")),

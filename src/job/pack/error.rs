@@ -79,12 +79,14 @@ pub enum BadPacking {
     },
     /// No packing found within the limit of its height.
     #[error(
-        "no packing of all pieces was found within {limit_mm} mm; none is lower than {bound_mm:.3} mm; use --space X,Y without a limit, or give the \
-         search more time (--time)"
+        "no packing of all pieces was found within {limit_mm} mm; none is lower than {bound_mm:.3} mm; {}, or give the search more time (--time)",
+        if *is_given { "use --space X,Y without a limit" } else { "use a larger base (--space)" }
     )]
     TooHigh {
         /// The limit, mm.
         limit_mm: f64,
+        /// Whether it was given; without, runs are at most 100 m high.
+        is_given: bool,
         /// What no packing is lower than, mm.
         bound_mm: f64,
     },

@@ -15,7 +15,7 @@ use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, 
 use crate::mesh::is_overlap;
 use crate::pack::{
     Askew, Clash, Ended, Method, Neighbourhood, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart,
-    lift, pack_models,
+    lift, pack_models, packing_bound,
 };
 use crate::spelling::nearest;
 use crate::world::World;
@@ -216,7 +216,8 @@ impl<'a> Asked<'a> {
         match why {
             Unpackable::TooLarge(index) => no_fit(index),
             Unpackable::NotLow(bound) => {
-                BadPacking::TooHigh { limit_mm: limit_mm.unwrap_or(space::HIGHEST_MM), bound_mm: bound as f64 / UNITS }
+                let (limit, is_given) = (limit_mm.unwrap_or(space::HIGHEST_MM), limit_mm.is_some());
+                BadPacking::TooHigh { limit_mm: limit, is_given, bound_mm: bound as f64 / UNITS }
             }
             other => BadPacking::Method { method: self.name.to_owned(), why: other.to_string() },
         }
@@ -282,13 +283,15 @@ fn in_space(
     // One on the other, each as high as it may be turned.
     let highest = |solid: &PackSolid| {
         let size = solid.bounds(&crate::geom::Mat3::identity()).size();
-        (if asked.turns == Turns::Any { size.norm() } else { size.z } + gap_mm) * solid.copies as f64
+        // Each in whole units.
+        let high = ((if asked.turns == Turns::Any { size.norm() } else { size.z } + gap_mm) * UNITS).ceil() + 1.0;
+        high / UNITS * solid.copies as f64
     };
-    let space_mm = space.up_to(solids.iter().map(highest).sum());
-    let room = Room { space_mm, gap_mm, turns: asked.turns, liftable: asked.options.no_interlock };
     let goal = asked.goal;
     let inflated = asked.options.inflate_mm.map(|mm| Inflated::of(models, &solids, mm));
     let sought = inflated.as_ref().map_or(&solids, |inflated| &inflated.solids);
+    let space_mm = space.up_to(sought.iter().map(highest).sum());
+    let room = Room { space_mm, gap_mm, turns: asked.turns, liftable: asked.options.no_interlock };
     let packed = asked.watched(stop, world, |watch| {
         pack_models(sought, &room, goal, asked.method, asked.shapes, asked.options.seed, watch)
     });
@@ -304,13 +307,26 @@ fn in_space(
             },
         }
     };
-    let packed = packed.map_err(|why| asked.unpackable(why, space.height_mm, no_fit))?;
+    let packed = packed.map_err(|why| match why {
+        // Of the models, not of what was packed for them.
+        Unpackable::NotLow(_) => asked.unpackable(
+            Unpackable::NotLow(low_units(packing_bound(&solids, &room, goal))),
+            space.height_mm,
+            no_fit,
+        ),
+        why => asked.unpackable(why, space.height_mm, no_fit),
+    })?;
     let packed = match &inflated {
         Some(inflated) => inflated.of_models(packed, &solids, &room, goal),
         None => packed,
     };
     let done = proved(models, &solids, &room, packed, asked)?;
     Ok(PackResult { inflated: inflated.map(|inflated| inflated.tally), ..done })
+}
+
+/// A height in units that no packing is lower than, for one in mm with its rounding.
+fn low_units(mm: f64) -> i64 {
+    ((mm - 1e-6) * UNITS).ceil() as i64
 }
 
 /// Whether a model goes into a space in one of its turns.

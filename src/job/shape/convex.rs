@@ -73,7 +73,8 @@ pub fn convex(request: &ConvexRequest, world: &World<'_>) -> Result<ConvexResult
             part,
             facets: piece.facets.len(),
             concavity_mm: piece.concavity_mm,
-            volume_mm3: piece.hull.volume(),
+            // Of a flat one it is 0, never -0.
+            volume_mm3: piece.hull.volume() + 0.0,
             mesh: TriangleMesh::new(piece.hull.points, piece.hull.faces),
         }));
     }

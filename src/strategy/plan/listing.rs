@@ -64,11 +64,14 @@ impl Listing<'_> {
         let (mut complete, mut no) = (true, None);
         let as_drawn = ups.is_empty().then_some(Vec3::z());
         for up in ups.into_iter().chain(as_drawn) {
+            if self.seen > self.most {
+                return Ok(false);
+            }
             let up = [up.x, up.y, up.z];
             let how = Arrangement { standing: PoseChoice::Up(up), ..self.request.arrangement.clone() };
             match self.of_one(&how, &silent, |slots| each(Some(up), slots)) {
                 Ok(all) => complete &= all,
-                Err(why @ StrategyError::Infeasible(Infeasible::Floating { .. } | Infeasible::TooManyParts { .. })) => {
+                Err(why @ StrategyError::Infeasible(Infeasible::TooManyParts { .. })) => {
                     return Err(why);
                 }
                 Err(why @ (StrategyError::Infeasible(_) | StrategyError::Misplaced(_))) => {

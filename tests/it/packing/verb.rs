@@ -211,6 +211,13 @@ fn inflated_models_are_packed_by_coarser_meshes() {
     let tight = ["ball.stl", "--space", "40.01,40.01,40.01"];
     assert_eq!(document(at, &tight)["runs"].as_u64(), Some(1));
     assert!(refused(at, &[&tight[..], &["--inflate", "0.4"]].concat()).contains("leave out --inflate"));
+    // A base alone is as high as what is packed needs, and what no packing is lower than is told of the balls, which are 40 mm high.
+    let high = document(at, &["ball.stl", "--goal", "height", "--space", "90,90", "--inflate", "2", "--gap", "0.01"]);
+    let [reached, bound] = ["height_mm", "height_lower_bound_mm"].map(|key| high[key].as_f64().unwrap());
+    assert!(bound <= 40.001 && (40.0..44.1).contains(&reached), "{bound} {reached}");
+    let words = ["ball.stl*2", "--goal", "height", "--space", "82,46,46", "--inflate", "2", "--time", "1"];
+    let why = refused(at, &words);
+    assert!(why.contains("40.000"), "{why}");
 }
 
 #[test]
