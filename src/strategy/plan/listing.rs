@@ -26,7 +26,7 @@ pub struct Listed {
 ///
 /// # Errors
 ///
-/// As [`plan`](super::plan()), but [`StrategyError::Infeasible`] without remedies where there is none; of several stands what is
+/// As [`plan`](crate::strategy::plan()), but [`StrategyError::Infeasible`] without remedies where there is none; of several stands what is
 /// wrong with the first.
 pub fn sequences(
     request: &PlanRequest,
