@@ -192,7 +192,7 @@ mod tests {
         let cura = "adaptive_layer_height_enabled = true\nmagic_spiralize = false\n".to_owned();
         assert_eq!(not_taken(&[cura], false), ["adaptive_layer_height_enabled = true"]);
         let higher = "infill_every_layers = 2\n".to_owned();
-        assert_eq!(not_taken(&[higher.clone()], false), ["infill_every_layers = 2"]);
+        assert_eq!(not_taken(std::slice::from_ref(&higher), false), ["infill_every_layers = 2"]);
         assert_eq!(not_taken(&[higher], true), Vec::<String>::new());
         assert_eq!(not_taken(&["infill_every_layers = 1\n".to_owned()], false), Vec::<String>::new());
         assert_eq!(not_taken(&[], false), Vec::<String>::new());
