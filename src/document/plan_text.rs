@@ -199,7 +199,7 @@ pub fn no_plan(no: &NoPlan) -> String {
             "none of the remedies tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base, join\n",
         );
     } else {
-        out.push_str("remedies (any one is enough; all except cuts were checked by planning):\n");
+        out.push_str("remedies (any one is enough; all except cuts and joints were checked by planning):\n");
         remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
     }
     out

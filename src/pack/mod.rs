@@ -63,7 +63,7 @@ pub use instance::{
 };
 pub use lift::{Lift, lift};
 pub use method::{MOST_BOXES, Method, Unpackable, pack};
-pub use models::{Packed, pack_models, packing_bound};
+pub use models::{Packed, not_low, pack_models, packing_bound};
 pub use solid::{PackSolid, Put, Room, axis_and_angle};
 pub use table::{Spot, on_table};
 pub use watch::{Asked, Watch};

@@ -60,7 +60,7 @@ pub fn pack_models(
     };
     let by_boxes = by_boxes.map_err(|why| match why {
         Unpackable::TooLarge(item) => Unpackable::TooLarge(boxed.pieces[item].0),
-        Unpackable::NotLow(_) => Unpackable::NotLow(((bound - 1e-6) * UNITS).ceil() as i64),
+        Unpackable::NotLow(_) => not_low(bound),
         other => other,
     });
     let more = shapes || method.of_shapes();
@@ -93,7 +93,7 @@ pub fn pack_models(
         best.ended = watch.ended();
     }
     if goal == PackGoal::Height && best.put.is_empty() && !boxed.pieces.is_empty() {
-        return Err(Unpackable::NotLow(((bound - 1e-6) * UNITS).ceil() as i64));
+        return Err(not_low(bound));
     }
     if met(&best.put, best.runs) {
         best.ended = Ended::Proved;
@@ -139,6 +139,11 @@ fn by_shapes(
 
 /// Steps for boxes where cells are looked at afterwards.
 const BOX_STEPS: u64 = 2_000_000;
+
+/// That nothing was found so low, where no packing is lower than a bound, mm, which has rounding in its last digits.
+pub fn not_low(bound_mm: f64) -> Unpackable {
+    Unpackable::NotLow(((bound_mm - 1e-6) * UNITS).ceil() as i64)
+}
 
 /// What no packing of the models themselves can beat (see [`Packed::bound`]): each grown by half the gap still lies within the space grown so, and they do not overlap
 /// then. A body's grown volume is at least a ball's of its volume (Brunn and Minkowski).

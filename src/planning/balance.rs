@@ -196,13 +196,14 @@ pub fn standing(
         workpiece.parts.iter().map(|part| (weight(part), foot(part, layer_mm), corners(part))).collect();
     let mut stands: Vec<Option<(Weight, Foot)>> = vec![None; parts.len()];
     let own_feet = |part: usize| feet.iter().find(|(of, _)| *of == part).map(|(_, foot)| foot);
-    let untold = plan.prints().filter(|(_, print)| print.supports.is_some() && own_feet(print.part).is_none());
+    // What is caught grows with what caught it and weighs on that; its own supports stand beside, and hold nothing of that.
+    let is_captive = |print: &Print| workpiece.model.captive.contains(&print.part);
+    let is_untold = |print: &Print| print.supports.is_some() && own_feet(print.part).is_none() && !is_captive(print);
+    let untold = plan.prints().filter(|(_, print)| is_untold(print));
     let untold: Vec<usize> = untold.map(|(_, print)| body[print.part]).collect();
     let mut worst: Option<WorstStanding> = None;
-    // What is caught grows with what caught it, and adds to that.
-    let is_captive = |print: &&Print| workpiece.model.captive.contains(&print.part);
     for slot in &plan.slots {
-        let (caught, free): (Vec<&Print>, Vec<&Print>) = slot.prints.iter().partition(is_captive);
+        let (caught, free): (Vec<&Print>, Vec<&Print>) = slot.prints.iter().partition(|print| is_captive(print));
         for print in free.into_iter().chain(caught) {
             let (part, of) = (print.part, body[print.part]);
             if untold.contains(&of) {
@@ -213,7 +214,7 @@ pub fn standing(
             let (weight, foot, tips) = &parts[part];
             let before = stands[of].take().unwrap_or_default();
             let mut after = (before.0.and(weight), before.1.and(foot));
-            if let Some(feet) = own_feet(part) {
+            if let Some(feet) = own_feet(part).filter(|_| !is_captive(print)) {
                 after.1 = after.1.and(feet);
             }
             for (weight, foot) in [&before, &after] {

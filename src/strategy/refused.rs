@@ -201,7 +201,7 @@ impl Refused {
         Self::Part { part, why: Box::new(self) }
     }
 
-    /// How much air there may be below a captive part, mm, where it has more; and which part.
+    /// How much air there may be below a part of a joint, mm, where it has more.
     pub(super) fn joint_gap_mm(&self) -> Option<f64> {
         match self {
             Self::Captive { gap_mm, .. } => Some(*gap_mm),

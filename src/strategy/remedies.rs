@@ -68,12 +68,13 @@ pub(super) fn not_what_failed(remedies: &mut Vec<Remedy>, tried: &[TriedWay], mo
     }
     if failed(Way::Supports) {
         let gap_mm = tried.iter().find_map(|tried| tried.why_not.as_ref()?.joint_gap_mm());
+        let in_joint = |part: usize| (0..model.parts.len()).any(|other| model.is_joint(part, other));
         for remedy in remedies.iter_mut().filter(|remedy| remedy.kind == "support") {
             let part = remedy.amount as usize;
             let name = &model.parts[part].name;
             *remedy = match gap_mm {
                 // Nobody could take a support out of there.
-                Some(gap_mm) if model.captive.contains(&part) => {
+                Some(gap_mm) if in_joint(part) => {
                     let text = format!("leave at most {gap_mm:.1} mm of air below {}", part_named(part, name));
                     Remedy { kind: "joint", amount: gap_mm, text }
                 }

@@ -1,7 +1,7 @@
 //! Rule `standing`: what is printed stays standing at every pose that the table takes, by the lines that the file itself has laid.
 //!
 //! Each body, parts that hang together and what is caught in them, with their supports, is weighed by its lines' filament; it sticks where
-//! lines of its first layer lie on the table, and is pressed against it there and below its supports. Asked whenever the table stands at a
+//! lines of its first layer lie on the table, and is pressed against it there and below its supports, but those of what is caught. Asked whenever the table stands at a
 //! new pose, and once more before it leaves it, with the nozzle pushing anywhere that it has printed. On a level table only the figure is
 //! told: what leans there does so in every printer.
 
@@ -34,6 +34,8 @@ struct Balance<'a> {
     planned: &'a [Planned],
     /// By part, its body.
     body: Vec<usize>,
+    /// Parts whose supports hold nothing of the body that they weigh on.
+    captive: &'a [usize],
     bodies: Vec<Body>,
     adhesion: f64,
     filament_mm2: f64,
@@ -58,6 +60,7 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
         planned,
         bodies: vec![Body::default(); body.len()],
         body,
+        captive: &job.workpiece.model.captive,
         adhesion: process.adhesion_mpa,
         filament_mm2: PI / 4.0 * process.filament_mm.powi(2),
         pose: None,
@@ -101,7 +104,8 @@ impl Balance<'_> {
         body.weight.add(m.e * self.filament_mm2, &(middle - pose.back.rotation * Vec3::z() * (height / 2.0)));
         let within = Bounds::of([from, to]);
         body.printed = Some(body.printed.map_or(within, |all| all.union(&within)));
-        if pose.tilt_deg == 0.0 && from.z.max(to.z) - height <= ON_TABLE_MM {
+        let counts = !self.captive.contains(&print.part);
+        if counts && pose.tilt_deg == 0.0 && from.z.max(to.z) - height <= ON_TABLE_MM {
             let along = Vec3::new(to.x - from.x, to.y - from.y, 0.0);
             let aside = Vec3::new(-along.y, along.x, 0.0).try_normalize(1e-9).unwrap_or(Vec3::x()) * (width / 2.0);
             for p in [from + aside, from - aside, to + aside, to - aside] {

@@ -15,7 +15,7 @@ use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, 
 use crate::mesh::is_overlap;
 use crate::pack::{
     Askew, Clash, Ended, Method, Neighbourhood, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart,
-    lift, pack_models, packing_bound,
+    lift, not_low, pack_models, packing_bound,
 };
 use crate::spelling::nearest;
 use crate::world::World;
@@ -307,14 +307,11 @@ fn in_space(
             },
         }
     };
-    let packed = packed.map_err(|why| match why {
+    let packed = packed.map_err(|why| {
         // Of the models, not of what was packed for them.
-        Unpackable::NotLow(_) => asked.unpackable(
-            Unpackable::NotLow(low_units(packing_bound(&solids, &room, goal))),
-            space.height_mm,
-            no_fit,
-        ),
-        why => asked.unpackable(why, space.height_mm, no_fit),
+        let low = || not_low(packing_bound(&solids, &room, goal));
+        let why = if matches!(why, Unpackable::NotLow(_)) { low() } else { why };
+        asked.unpackable(why, space.height_mm, no_fit)
     })?;
     let packed = match &inflated {
         Some(inflated) => inflated.of_models(packed, &solids, &room, goal),
@@ -322,11 +319,6 @@ fn in_space(
     };
     let done = proved(models, &solids, &room, packed, asked)?;
     Ok(PackResult { inflated: inflated.map(|inflated| inflated.tally), ..done })
-}
-
-/// A height in units that no packing is lower than, for one in mm with its rounding.
-fn low_units(mm: f64) -> i64 {
-    ((mm - 1e-6) * UNITS).ceil() as i64
 }
 
 /// Whether a model goes into a space in one of its turns.

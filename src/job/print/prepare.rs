@@ -210,7 +210,8 @@ impl Proving<'_> {
             };
             let mut next = None;
             while next.is_none() && ways.holdings.firmer(&loose) {
-                next = anew(&ways, seconds);
+                // The same plan once more would be refused once more.
+                next = anew(&ways, seconds).filter(|next| next.plan.plan.sha256 != somehow.plan.plan.sha256);
             }
             let firmer = next.is_some();
             let next = next.or_else(|| {
