@@ -16,6 +16,8 @@ pub struct Body {
     /// Whether the body follows the tip along X, Y and Z; an axis that it does not follow is given in machine
     /// coordinates.
     pub follows: [bool; 3],
+    /// Whether it keeps its attitude while the tool turns: it then carries no tip, however low it is seen from the tool.
+    pub stays: bool,
 }
 
 impl Body {
@@ -28,13 +30,13 @@ impl Body {
                 Vec3::new(r * grow * angle.cos(), r * grow * angle.sin(), z)
             })
         };
-        Self { name: name.to_owned(), points: ring(z[0], r[0]).chain(ring(z[1], r[1])).collect(), follows }
+        Self { name: name.to_owned(), points: ring(z[0], r[0]).chain(ring(z[1], r[1])).collect(), follows, stays: false }
     }
 
     /// A box from `min` to `max`.
     pub fn cuboid(name: &str, min: Vec3, max: Vec3, follows: [bool; 3]) -> Self {
         let corner = |i: usize| Vec3::from_fn(|axis, _| if i >> axis & 1 == 0 { min[axis] } else { max[axis] });
-        Self { name: name.to_owned(), points: (0..8).map(corner).collect(), follows }
+        Self { name: name.to_owned(), points: (0..8).map(corner).collect(), follows, stays: false }
     }
 
     /// The body's box.

@@ -1,7 +1,7 @@
 //! Leaving the part and returning to it: lines of our own.
 //!
-//! The tool's axis is machine +Z at any tilt, because it is the table that turns; so leaving is a lift in Z, and the table's
-//! axes turn only at the height where they cannot touch anything.
+//! Where the table turns, the tool's axis is machine +Z at any tilt; so leaving is a lift in Z, and the table's axes turn only at the height
+//! where they cannot touch anything. Where the head turns, X, Y and Z lift together.
 //!
 //! Units: mm, degrees in the written words, mm/min.
 
@@ -9,8 +9,8 @@ use super::protocol::Protocol;
 use super::state::MachineState;
 use crate::gcode::meaning::ManualStepper;
 use crate::gcode::push_fixed;
-use crate::geom::Angle;
-use crate::motion::AxisRange;
+use crate::geom::{Angle, Vec3};
+use crate::motion::{AxisRange, LinearLimits, SwivelHead};
 use crate::motion::replay::Position;
 
 /// What becomes of the heaters when a print is stopped.
@@ -42,6 +42,8 @@ pub struct Retreat {
     pub axes: [AxisRange; 2],
     /// The highest Z.
     pub z_max_mm: f64,
+    /// The head, where it turns, and where its axes may go.
+    pub head: Option<(SwivelHead, LinearLimits)>,
     /// How far up.
     pub lift_mm: f64,
     /// Filament pulled.
@@ -100,7 +102,7 @@ impl Retreat {
     /// The same of a place.
     pub(super) fn words_at(&self, at: &Position) -> Vec<(u8, f64)> {
         let linear = [b'X', b'Y', b'Z'].into_iter().zip(at.linear);
-        let angles = self.axes.iter().zip([at.tilt, at.rotation]);
+        let angles = self.axes.iter().zip([at.tilt, at.rotation]).filter(|(axis, _)| !axis.absent);
         let angles = angles.map(|(axis, angle)| (axis.letter, angle.map(|a| axis.word_of(a).deg())));
         linear.chain(angles).filter_map(|(letter, value)| Some((letter, value?))).collect()
     }
@@ -111,7 +113,7 @@ impl Retreat {
         if protocol.traits().is_printer() {
             lines.push("M114".to_owned());
         }
-        let Some(z) = state.at.linear[2] else { return lines };
+        let Some(lifted) = self.lifted(&state.at) else { return lines };
         lines.push("G94".to_owned());
         if !state.inverse_time {
             lines.pop();
@@ -125,14 +127,37 @@ impl Retreat {
         if lines.last().is_none_or(|l| l != "G90") {
             lines.push("G90".to_owned());
         }
-        lines.push(format!("G1Z{}F{}", number(self.lifted(z)), number(self.z_feed)));
+        lines.push(self.go_along(lifted));
         lines.push(self.drain(protocol).to_owned());
         lines
     }
 
-    /// How high the head stands in a pause that began at `z`.
-    pub(super) fn lifted(&self, z: f64) -> f64 {
-        (z + self.lift_mm).min(self.z_max_mm.max(z))
+    /// A move along the tool's axis: of Z alone where the head does not turn.
+    fn go_along(&self, to: [Option<f64>; 3]) -> String {
+        let named = [b'X', b'Y', b'Z'].into_iter().zip(to).skip(if self.head.is_some() { 0 } else { 2 });
+        let words = named.filter_map(|(letter, value)| Some(format!("{}{}", char::from(letter), number(value?))));
+        format!("G1{}F{}", words.collect::<String>(), number(self.z_feed))
+    }
+
+    /// Where X, Y and Z stand in a pause that began at `at`: farther along the tool's axis, as far as the axes go; `None` where nobody knows
+    /// where that leads.
+    pub(super) fn lifted(&self, at: &Position) -> Option<[Option<f64>; 3]> {
+        let [x, y, z] = at.linear;
+        let Some((head, limits)) = &self.head else {
+            let z = z?;
+            return Some([x, y, Some((z + self.lift_mm).min(self.z_max_mm.max(z)))]);
+        };
+        let (words, pose) = (at.tip()?, at.pose()?);
+        let tip = head.tip(words, pose);
+        let axes = |lift: f64| head.axes(tip + Vec3::z() * lift, pose);
+        let (from, way) = (axes(0.0), axes(1.0) - axes(0.0));
+        let room = |i: usize| match way[i] {
+            v if v > 1e-9 => (limits.max[i] - from[i]) / v,
+            v if v < -1e-9 => (limits.min[i] - from[i]) / v,
+            _ => f64::INFINITY,
+        };
+        let lift = (0..3).map(room).fold(self.lift_mm, f64::min).max(0.0);
+        Some(<[f64; 3]>::from(head.words(tip + Vec3::z() * lift, pose)).map(Some))
     }
 
     /// Waits for the heat that `state` has.
@@ -149,7 +174,9 @@ impl Retreat {
         let mut lines = self.heat(state, protocol);
         lines.push("G90".to_owned());
         lines.extend(self.turn(state));
-        if let [Some(x), Some(y), Some(z)] = state.at.linear {
+        if let ([Some(_), Some(_), Some(_)], true) = (state.at.linear, self.head.is_some()) {
+            lines.push(self.go_along(state.at.linear));
+        } else if let [Some(x), Some(y), Some(z)] = state.at.linear {
             lines.push(format!("G1X{}Y{}F{}", number(x), number(y), number(self.travel_feed)));
             lines.push(format!("G1Z{}F{}", number(z), number(self.z_feed)));
         }
@@ -174,7 +201,8 @@ impl Retreat {
                 None => format!("G1{}{}F{}", char::from(axis.letter), number(word), number((rate * 60.0).floor())),
             })
         };
-        let turns: Vec<String> = [line(1, state.at.rotation), line(0, state.at.tilt)].into_iter().flatten().collect();
+        let turns = [(1, state.at.rotation), (0, state.at.tilt)].into_iter().filter(|(which, _)| !self.axes[*which].absent);
+        let turns: Vec<String> = turns.filter_map(|(which, angle)| line(which, angle)).collect();
         if turns.is_empty() {
             return turns;
         }

@@ -16,6 +16,7 @@ pub(super) fn axes() -> [AxisRange; 2] {
         zero: Angle::ZERO,
         range: range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high))),
         max_rate: 1.0,
+        absent: false,
     };
     [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
 }
@@ -35,6 +36,7 @@ pub(super) fn retreat() -> Retreat {
     Retreat {
         axes: axes(),
         z_max_mm: 300.0,
+        head: None,
         lift_mm: 20.0,
         retract_mm: 2.0,
         retract_feed: 2100.0,

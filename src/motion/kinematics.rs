@@ -8,7 +8,8 @@
 //! R_tilt   Rx for an A table, Ry for a B table
 //! ```
 //!
-//! Where the axes were measured and are not square, `R_tilt` and `Rz` turn about the axes as they are: see [`AxisDirections`].
+//! Where the axes were measured and are not square, `R_tilt` and `Rz` turn about the axes as they are: see [`AxisDirections`]. Where the head
+//! turns and not the table, or one axis turns each, the same chain says how the table lies below the upright tool: see [`SwivelHead`].
 //!
 //! Positive angles turn **the table**, right-handed about machine +X / +Y and about its own +Z. A firmware that counts
 //! the other way, or from another zero, is an [`AxisRange`] with `direction = -1` or a `zero`, applied once at the edge.
@@ -18,6 +19,7 @@ use std::fmt;
 
 use super::misaligned::{AxisDirections, sin_cos};
 use super::pose::Pose;
+use super::swivel::SwivelHead;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Dir, Machine, Mat3, Rigid, Table, Vec3};
 
@@ -43,6 +45,8 @@ pub struct AxisRange {
     pub range: Option<(Angle, Angle)>,
     /// The fastest turn, rad/s.
     pub max_rate: f64,
+    /// Whether the machine has no such axis: its angle is zero, and no word says so. `range` is then zero alone.
+    pub absent: bool,
 }
 
 impl AxisRange {
@@ -122,6 +126,8 @@ pub struct TableKinematics {
     pub rotation: AxisRange,
     /// Where the axes point, where that was measured; `None`: `about`, and square to it.
     pub misaligned: Option<AxisDirections>,
+    /// What turns the head, where not all axes turn the table; `pivot` and `offset` are then zero, and the frame `Machine` is the tool's.
+    pub head: Option<SwivelHead>,
 }
 
 impl TableKinematics {
@@ -132,6 +138,29 @@ impl TableKinematics {
             Some(axes) => axes.turns(pose),
         };
         Rigid::new(tilt * turn, self.pivot + tilt * self.offset)
+    }
+
+    /// Where the linear axes stand at `pose` while the tip is at a place of the table: what their stops bound. The frame `Machine` itself
+    /// where the head does not turn.
+    pub fn axes(&self, pose: Pose) -> Rigid<Table, Machine> {
+        let forward = self.forward(pose);
+        let Some(head) = &self.head else { return forward };
+        Rigid::new(head.turn(pose) * forward.rotation, head.axes(forward.translation, pose))
+    }
+
+    /// The room's upward direction at `pose`, frame `Machine`: against gravity.
+    pub fn upward(&self, pose: Pose) -> Vec3 {
+        self.head.as_ref().map_or_else(Vec3::z, |head| head.upward(pose))
+    }
+
+    /// Where the tip is, frame `Machine`, for the words of X, Y and Z.
+    pub fn tip(&self, words: Vec3, pose: Pose) -> Vec3 {
+        self.head.as_ref().map_or(words, |head| head.tip(words, pose))
+    }
+
+    /// The words of X, Y and Z for a tip of the frame `Machine`.
+    pub fn words(&self, tip: Vec3, pose: Pose) -> Vec3 {
+        self.head.as_ref().map_or(tip, |head| head.words(tip, pose))
     }
 
     /// Where the axes point while both angles are zero: as measured, else as on a machine with square axes.
@@ -244,10 +273,15 @@ impl TableKinematics {
     }
 
     fn tilt_matrix(&self, angle: Angle) -> Mat3 {
-        match self.about {
-            TiltAbout::X => rotation_x(angle),
-            TiltAbout::Y => rotation_y(angle),
-        }
+        about_matrix(self.about, angle)
+    }
+}
+
+/// Right-handed turn about +X or +Y.
+pub(super) fn about_matrix(about: TiltAbout, angle: Angle) -> Mat3 {
+    match about {
+        TiltAbout::X => rotation_x(angle),
+        TiltAbout::Y => rotation_y(angle),
     }
 }
 
@@ -280,6 +314,7 @@ mod tests {
             zero: Angle::ZERO,
             range: Some((Angle::from_deg(low), Angle::from_deg(high))),
             max_rate: 1.0,
+            absent: false,
         }
     }
 
@@ -291,6 +326,7 @@ mod tests {
             tilt: axis(b'A', low, high),
             rotation: AxisRange { range: None, ..axis(b'C', 0.0, 0.0) },
             misaligned: None,
+            head: None,
         }
     }
 

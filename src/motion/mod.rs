@@ -34,6 +34,7 @@ pub(crate) mod lookahead;
 mod misaligned;
 mod pose;
 pub mod replay;
+mod swivel;
 
 pub(crate) use kinematics::rotation_z;
 pub use kinematics::{AxisRange, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
@@ -42,3 +43,4 @@ pub use lookahead::{Accelerations, Axes};
 pub(crate) use misaligned::turn;
 pub use misaligned::{AxisDirections, MOST_LEAN_DEG};
 pub use pose::Pose;
+pub use swivel::{SwivelHead, SwivelWords};

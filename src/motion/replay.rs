@@ -62,6 +62,15 @@ impl Reading {
     }
 }
 
+impl Reading {
+    /// A machine of which nothing is known but what cannot move.
+    fn unknown(&self) -> Position {
+        let angle = |axis: &AxisRange| axis.absent.then_some(Angle::ZERO);
+        let [tilt, rotation] = self.rotary.as_ref().map_or([None; 2], |(tilt, rotation)| [angle(tilt), angle(rotation)]);
+        Position { tilt, rotation, ..Position::default() }
+    }
+}
+
 /// Where the tip and the table are; `None` where the file has not said it yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Position {
@@ -80,7 +89,7 @@ impl Position {
         Some(Vec3::new(x?, y?, z?))
     }
 
-    /// The table's pose, where both angles are known.
+    /// The pose, where both angles are known.
     pub fn pose(&self) -> Option<Pose> {
         Some(Pose { tilt: self.tilt?, rotation: self.rotation? })
     }
@@ -213,8 +222,8 @@ impl Controller {
     /// A controller just switched on: absolute axes and extruder, position unknown.
     pub fn new(reading: Reading) -> Self {
         Self {
+            at: reading.unknown(),
             reading,
-            at: Position::default(),
             absolute: true,
             extruder_absolute: true,
             extruder_count: 0.0,
@@ -304,7 +313,7 @@ impl Controller {
             (Effect::Hazard(Hazard::Unknown), (93, 0)) => return Err(ReplayError::UnknownMode(line.commands[0])),
             // Its sum with others is a time still.
             (Effect::Dwell(seconds), _) if seconds.abs() > LONGEST_WAIT_S => return Err(ReplayError::Endless(seconds)),
-            (Effect::Hazard(Hazard::MotorsOff), _) => self.at = Position::default(),
+            (Effect::Hazard(Hazard::MotorsOff), _) => self.at = self.reading.unknown(),
             (
                 Effect::Home
                 | Effect::Hazard(Hazard::Shift | Hazard::Steps | Hazard::Units | Hazard::Moves | Hazard::Unknown),
@@ -373,8 +382,10 @@ impl Controller {
         let level = |axis: &AxisRange| {
             line.value(axis.letter).is_some_and(|word| (word - axis.word_of(Angle::ZERO).deg()).abs() < 1e-9)
         };
-        let unmoved = self.at.tilt.is_none() && self.at.rotation.is_none();
-        if line.words.len() != 2 || !level(tilt) || !level(rotation) || !unmoved {
+        let axes = [(tilt, self.at.tilt), (rotation, self.at.rotation)];
+        let mut own = axes.into_iter().filter(|(axis, _)| !axis.absent);
+        let present = own.clone().count();
+        if line.words.len() != present || !own.all(|(axis, at)| level(axis) && at.is_none()) {
             return Err(ReplayError::ShiftedAxes);
         }
         (self.at.tilt, self.at.rotation) = (Some(Angle::ZERO), Some(Angle::ZERO));
@@ -451,9 +462,9 @@ impl Controller {
     fn turn(&self, to: &mut Position, letter: u8, degrees: f64) -> Result<(), ReplayError> {
         let refused = Err(ReplayError::RotaryWord(char::from(letter)));
         let Some((tilt, rotation)) = &self.reading.rotary else { return refused };
-        let (axis, slot) = if letter == tilt.letter {
+        let (axis, slot) = if letter == tilt.letter && !tilt.absent {
             (tilt, &mut to.tilt)
-        } else if letter == rotation.letter {
+        } else if letter == rotation.letter && !rotation.absent {
             (rotation, &mut to.rotation)
         } else {
             return refused;

@@ -15,8 +15,9 @@
 
 use super::plan::{Plan, Print};
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Machine, Rigid, Table, Vec3, convex_outline};
+use crate::geom::{Angle, Table, Vec3, convex_outline};
 use crate::mesh::TriangleMesh;
+use crate::motion::{Pose, TableKinematics};
 use crate::orient::{Facets, Mass};
 use crate::profile::Profile;
 use crate::section::Sections;
@@ -152,8 +153,8 @@ fn share(holds: f64, pulls: f64) -> f64 {
 }
 
 /// The way down in the table's frame at a pose.
-pub fn down(back: &Rigid<Machine, Table>) -> Vec3 {
-    -(back.rotation * Vec3::z())
+pub fn down(table: &TableKinematics, pose: Pose) -> Vec3 {
+    -(table.forward(pose).rotation.transpose() * table.upward(pose))
 }
 
 /// How far a table with this way down is tilted; 0 for a level one.
@@ -209,7 +210,7 @@ pub fn standing(
             if untold.contains(&of) {
                 continue;
             }
-            let down = down(&kinematics.forward(print.pose(&kinematics)).inverse());
+            let down = down(&kinematics, print.pose(&kinematics));
             let tilt = tilt(&down);
             let (weight, foot, tips) = &parts[part];
             let before = stands[of].take().unwrap_or_default();

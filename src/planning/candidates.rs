@@ -279,13 +279,12 @@ impl<'a> Setups<'a> {
     ) {
         let enough = |objections: &Vec<Objection>| !all && !objections.is_empty();
         objections.extend(self.reach_objects(up, pose));
-        let motion = self.table.forward(pose);
         let checks = [Self::leaves_limits, Self::meets_table, Self::meets_frame];
         for check in checks {
             if enough(objections) {
                 return;
             }
-            objections.extend(check(self, part, &motion));
+            objections.extend(check(self, part, pose));
         }
     }
 
@@ -316,17 +315,18 @@ impl<'a> Setups<'a> {
         })
     }
 
-    fn leaves_limits(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
+    fn leaves_limits(&self, part: usize, pose: Pose) -> Option<Objection> {
         let limits = self.profile.linear_limits();
-        let reached = self.solids[part].reached(motion);
+        let reached = self.solids[part].reached(&self.table.axes(pose));
         let out = [reached.min, reached.max].into_iter().find_map(|corner| limits.violation(&corner))?;
         Some(Objection { against: Barrier::Limits, text: out.to_string(), depth_mm: 0.0 })
     }
 
-    fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
-        let (solid, owed) = (&self.solids[part], self.owed_to_table(part, motion));
-        let offence = self.head.offence(motion, solid, &self.slab, &owed, 0.0)?;
-        let depth_mm = self.head.depth(motion, solid, &self.slab, &owed);
+    fn meets_table(&self, part: usize, pose: Pose) -> Option<Objection> {
+        let (motion, head) = (self.table.forward(pose), self.head.at(pose));
+        let (solid, owed) = (&self.solids[part], self.owed_to_table(part, &motion));
+        let offence = head.offence(&motion, solid, &self.slab, &owed, 0.0)?;
+        let depth_mm = head.depth(&motion, solid, &self.slab, &owed);
         let text = if offence.mm > 0.0 {
             format!(
                 "the {} would clear the table by only {:.1} mm (required: {:.1} mm)",
@@ -345,7 +345,8 @@ impl<'a> Setups<'a> {
         Owed::to_table(self.profile, self.options.margin_mm, low + self.options.pedestal_mm, level)
     }
 
-    fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
+    fn meets_frame(&self, part: usize, pose: Pose) -> Option<Objection> {
+        let motion = self.table.forward(pose);
         let back = motion.inverse();
         self.profile.fixed_bodies().into_iter().find_map(|body| {
             let frame = Solid::hull(body.points.iter().map(|p| back.rotation * p + back.translation).collect());
@@ -358,7 +359,7 @@ impl<'a> Setups<'a> {
             let within =
                 if margin > TOUCHING_MM { format!("come within {margin:.2} mm of") } else { "meet".to_owned() };
             let nearer = |moving: &Solid, than: f64| {
-                moving.swept_clearance(motion, [true; 3], &[Vec3::zeros()], &frame, than).distance() < than
+                moving.swept_clearance(&motion, [true; 3], &[Vec3::zeros()], &frame, than).distance() < than
             };
             if nearer(&self.slab, TOUCHING_MM) {
                 return by("the table", "meet");
@@ -367,7 +368,7 @@ impl<'a> Setups<'a> {
                 return by("the part", &within);
             }
             let hull = Solid::hull(self.solids[part].points().to_vec());
-            let clearance = self.built.clearance(motion, &hull, &frame, 0.0, margin);
+            let clearance = self.built.clearance(&motion, &hull, &frame, 0.0, margin);
             if clearance.mm < margin { by(&format!("the {}", clearance.piece), &within) } else { None }
         })
     }

@@ -27,11 +27,12 @@ const HALVINGS: usize = 6;
 /// take beyond the change of layer that each print's own seconds count.
 pub(super) fn seconds(setups: &Setups<'_>, group: &[Choice], standing: &[usize], candidates: &[Vec<Candidate>]) -> f64 {
     let [(part, way), _, ..] = *group else { return 0.0 };
-    let motion = setups.table.forward(candidates[part][way].pose);
+    let pose = candidates[part][way].pose;
+    let motion = setups.table.forward(pose);
     let moved = |part: usize| setups.solids[part].moved(&motion.rotation, &motion.translation);
     let solids: Vec<Solid> = standing.iter().map(|&part| moved(part)).collect();
     let prints: Vec<Bounds> = group.iter().map(|&(part, _)| moved(part).bounds).collect();
-    between(&prints, &solids, setups.profile, &setups.head)
+    between(&prints, &solids, setups.profile, &setups.head.at(pose))
 }
 
 /// The same of prints in these boxes beside what stands, machine coordinates at the pose.

@@ -8,11 +8,15 @@
 //! the head for a tip inside the part also does for a tip lower down, and so for one on the part's surface; and no bounded
 //! obstacle can swallow the head.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use super::fans::Fans;
 use super::owed::{Owed, carries_tip, contact_mm};
 use super::solid::{Solid, Tool};
 use crate::geom::convex::Separation;
 use crate::geom::{Body, Machine, Rigid, Vec3};
+use crate::motion::Pose;
 use crate::profile::Profile;
 
 /// The head's upward reach, mm; beyond any machine.
@@ -22,6 +26,8 @@ const UPWARD: f64 = 2000.0;
 #[derive(Clone, Debug)]
 pub struct Head {
     pieces: Vec<Piece>,
+    /// The machine, where a piece looks otherwise at each pose.
+    posed: Option<Arc<Profile>>,
 }
 
 #[derive(Clone, Debug)]
@@ -45,7 +51,17 @@ pub(super) struct Clearance {
 impl Head {
     /// The head of `profile`.
     pub fn of(profile: &Profile) -> Self {
-        Self::reaching(&profile.head_bodies(), UPWARD, contact_mm(profile))
+        let bodies = profile.head_bodies();
+        let posed = bodies.iter().any(|body| body.stays).then(|| Arc::new(profile.clone()));
+        Self { posed, ..Self::reaching(&bodies, UPWARD, contact_mm(profile)) }
+    }
+
+    /// The head as it is seen from the tool at `pose`: another one only where a piece does not turn with the tool.
+    pub fn at(&self, pose: Pose) -> Cow<'_, Self> {
+        match &self.posed {
+            None => Cow::Borrowed(self),
+            Some(profile) => Cow::Owned(Self::reaching(&profile.head_bodies_at(pose), UPWARD, contact_mm(profile))),
+        }
     }
 
     /// A head of these bodies; those that begin at the tip carry it.
@@ -61,7 +77,7 @@ impl Head {
 
     fn reaching(bodies: &[Body], upward: f64, contact: f64) -> Self {
         let pieces = bodies.iter().map(|body| {
-            let upward = if body.follows[2] { upward } else { 0.0 };
+            let upward = if body.follows[2] && !body.stays { upward } else { 0.0 };
             Piece {
                 name: body.name.clone(),
                 fans: Fans::of(&body.points, upward),
@@ -69,7 +85,7 @@ impl Head {
                 tip: carries_tip(body, contact),
             }
         });
-        Self { pieces: pieces.collect() }
+        Self { pieces: pieces.collect(), posed: None }
     }
 
     /// Nothing but the middle of the tip, and what is above it.
@@ -81,6 +97,7 @@ impl Head {
                 follows: [true; 3],
                 tip: true,
             }],
+            posed: None,
         }
     }
 

@@ -31,7 +31,7 @@ pub fn contact_mm(profile: &Profile) -> f64 {
 
 /// Whether a piece of the head carries the tip, and so may touch to the depth `contact_mm`.
 pub fn carries_tip(body: &Body, contact_mm: f64) -> bool {
-    body.follows == [true; 3] && body.bounds().min.z < contact_mm
+    !body.stays && body.follows == [true; 3] && body.bounds().min.z < contact_mm
 }
 
 /// What one piece of the head owes.

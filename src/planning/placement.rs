@@ -232,7 +232,7 @@ fn on_table(workpiece: &Workpiece<'_>, profile: &Profile) -> Cell {
 
 /// The shifts at which `part` at `pose` stays within the stops.
 fn shifts(setups: &Setups<'_>, part: usize, pose: crate::motion::Pose) -> Cell {
-    let motion = setups.table.forward(pose);
+    let motion = setups.table.axes(pose);
     let reached = setups.solids[part].reached(&motion);
     let limits = setups.profile.linear_limits();
     let far = 1e4;

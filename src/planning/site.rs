@@ -1,9 +1,11 @@
 //! Parts at their poses: who is in whose way, and how much room is left.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Setups};
-use super::collision::Clearance;
+use super::collision::{Clearance, Head};
 use super::owed::{LIFT_LAYERS, Owed, TOUCHING_MM, contact_mm};
 use super::part_set::PartSet;
 use super::sequence::{Choice, Sequence};
@@ -26,6 +28,8 @@ pub(super) struct Site<'a> {
     near: Vec<PartSet>,
     /// By setup.
     motions: Vec<Rigid<Table, Machine>>,
+    /// The same: the head as the tool sees it.
+    heads: Vec<Cow<'a, Head>>,
     /// By setup: parts that the frame would meet.
     at_frame: Vec<PartSet>,
 }
@@ -42,6 +46,7 @@ impl<'a> Site<'a> {
         let others = Owed::to_others(setups.profile, margin_mm);
         let near = near(&setups.solids, others.rest.mm + contact_mm(setups.profile));
         let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
+        let heads = setups.poses.iter().map(|(_, pose)| setups.head.at(*pose)).collect();
         let frame = setups.profile.fixed_bodies();
         let at_frame = motions.iter().map(|motion| {
             let back: Rigid<Machine, Table> = motion.inverse();
@@ -55,7 +60,7 @@ impl<'a> Site<'a> {
             set_of(parts, (0..parts).filter(meets))
         });
         let at_frame = at_frame.collect();
-        Self { setups, neighbour, others, touching, near, motions, at_frame }
+        Self { setups, neighbour, others, touching, near, motions, heads, at_frame }
     }
 
     /// What the head that prints `part` owes `other`.
@@ -80,14 +85,14 @@ impl<'a> Site<'a> {
     pub(super) fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
         let solids = &self.setups.solids;
         let (motion, owed) = (&self.motions[setup], self.owed(part, other));
-        self.at_frame[setup].has(other) || !self.setups.head.gives_owed(motion, &solids[part], &solids[other], owed)
+        self.at_frame[setup].has(other) || !self.heads[setup].gives_owed(motion, &solids[part], &solids[other], owed)
     }
 
     /// The piece of the head that comes nearer to `other` than it owes while it prints `part` in `setup`.
     fn offence(&self, part: usize, other: usize, setup: usize) -> Option<Clearance> {
         let solids = &self.setups.solids;
         let owed = self.owed(part, other);
-        self.setups.head.offence(&self.motions[setup], &solids[part], &solids[other], owed, 0.0)
+        self.heads[setup].offence(&self.motions[setup], &solids[part], &solids[other], owed, 0.0)
     }
 
     /// What reaches into `other`, and how deep, mm; for explanations.
@@ -102,7 +107,7 @@ impl<'a> Site<'a> {
                 0.0,
             );
         }
-        let depth = self.setups.head.depth(&self.motions[setup], &solids[part], &solids[other], owed);
+        let depth = self.heads[setup].depth(&self.motions[setup], &solids[part], &solids[other], owed);
         (format!("the {piece} would reach {depth:.1} mm into part {other}"), depth)
     }
 
@@ -116,7 +121,7 @@ impl<'a> Site<'a> {
         };
         let strikes = |tip: &Vec3| {
             let swept = Solid::hull(vec![*tip]);
-            self.setups.head.offence(&self.motions[setup], &swept, obstacle, owed, 0.0).is_some()
+            self.heads[setup].offence(&self.motions[setup], &swept, obstacle, owed, 0.0).is_some()
         };
         let struck: Vec<Vec3> = spread(&self.setups.workpiece.parts[part]).into_iter().filter(strikes).collect();
         let middle = struck.iter().sum::<Vec3>() / struck.len().max(1) as f64;
@@ -145,12 +150,12 @@ impl<'a> Site<'a> {
         for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
             let (solids, lift) = (&self.setups.solids, LIFT_LAYERS * self.setups.profile.process.layer_height_mm);
             let clearance =
-                self.setups.head.clearance(&self.motions[setup], &solids[part], &solids[other], lift, least);
+                self.heads[setup].clearance(&self.motions[setup], &solids[part], &solids[other], lift, least);
             least = clearance.mm.min(least);
         }
         if !self.setups.workpiece.model.is_in_place(part) {
             let (motion, solid) = (&self.motions[setup], &self.setups.solids[part]);
-            least = self.setups.head.clearance(motion, solid, &self.setups.slab, 0.0, least).mm.min(least);
+            least = self.heads[setup].clearance(motion, solid, &self.setups.slab, 0.0, least).mm.min(least);
         }
         least
     }

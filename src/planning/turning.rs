@@ -13,6 +13,7 @@ use super::collision::Head;
 use super::owed::{Owed, Share};
 use super::plan::{Print, TimeSlot};
 use super::solid::Solid;
+use super::swivel::SwivelRoute;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::profile::Profile;
@@ -120,6 +121,9 @@ impl<'a> Turns<'a> {
 
     /// The first turn of the plan that is not clear.
     pub(super) fn struck(&self, slots: &[TimeSlot]) -> Option<Struck> {
+        if let Some(route) = SwivelRoute::of(self.profile) {
+            return self.stopped(&route, slots);
+        }
         let transition = &self.profile.transition;
         let mut printed: Vec<usize> = Vec::new();
         let (mut pose, mut tips) = (None, None);
@@ -144,6 +148,25 @@ impl<'a> Turns<'a> {
         let standing = Standing { pose, tips, printed: &printed, height: self.height(&printed) };
         let (part, text) = self.turn(&standing, to)?;
         Some(Struck { to: Vec::new(), part, pose: to, text })
+    }
+
+    /// The first print that a head that turns cannot get to, or away from.
+    fn stopped(&self, route: &SwivelRoute<'_>, slots: &[TimeSlot]) -> Option<Struck> {
+        let mut printed: Vec<usize> = Vec::new();
+        let mut from = None;
+        for setup in slots.iter().flat_map(TimeSlot::setups) {
+            let to = setup[0].pose(self.table);
+            let parts: Vec<usize> = setup.iter().map(|print| print.part).collect();
+            for &part in &parts {
+                let others: Vec<usize> = printed.iter().chain(&parts).copied().filter(|&other| other != part).collect();
+                let standing: Vec<&Solid> = self.standing(&others).map(|(_, solid)| solid).collect();
+                if let Some(text) = route.stopped(self.table, &self.parts[part], &standing, from, to) {
+                    return Some(Struck { to: parts, part: None, pose: to, text });
+                }
+            }
+            (from, printed) = (Some(to), [printed, parts].concat());
+        }
+        None
     }
 
     /// The height of the tip while the table turns, as the rewriter chooses it.

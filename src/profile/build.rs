@@ -1,12 +1,13 @@
 //! A resolved profile to the types of `geom` and `motion`, and the checks of its values.
 
 use super::layers::{Origin, ProfileError, out_of_range};
-use super::schema::{BodyKind, BodySpec, Commands, FeedReference, Profile, TiltAxisName};
+use super::schema::{AxisTurns, BodyKind, BodySpec, Commands, FeedReference, Profile, TiltAxisName};
 use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
 use crate::motion::{
-    Accelerations, AxisDirections, AxisRange, LinearLimits, MOST_LEAN_DEG, TableKinematics, TiltAbout,
+    Accelerations, AxisDirections, AxisRange, LinearLimits, MOST_LEAN_DEG, Pose, SwivelHead, SwivelWords, TableKinematics,
+    TiltAbout,
 };
 use crate::spelling::nearest;
 use crate::trace::{self, FeedCount, Rates};
@@ -16,6 +17,9 @@ const DISC_SIDES: usize = 72;
 
 /// Farther beyond an axis' end than this no machine is sent by a mistake of millimetres, mm.
 pub const ABSURD_MM: f64 = 200.0;
+
+/// How far upward what holds up a piece of the head is taken to reach, mm; beyond any machine.
+const UPWARD_MM: f64 = 2000.0;
 
 /// Names that differ by more letters were not meant.
 const MOST_EDITS: usize = 4;
@@ -33,29 +37,62 @@ impl Profile {
     pub fn kinematics(&self) -> TableKinematics {
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
         let degrees = |low: f64, high: f64| (Angle::from_deg(low), Angle::from_deg(high));
-        TableKinematics {
-            about: match tilt.about {
-                TiltAxisName::X => TiltAbout::X,
-                TiltAxisName::Y => TiltAbout::Y,
-            },
-            pivot: Vec3::from(self.kinematics.pivot_mm),
-            offset: Vec3::from(self.kinematics.offset_mm),
+        // What turns the head right-handed turns the table below it the other way.
+        let below = |direction: i32, turns: AxisTurns| f64::from(if turns == AxisTurns::Head { -direction } else { direction });
+        let head = self.swivel();
+        let [pivot, offset] = match &head {
+            Some(_) => [Vec3::zeros(); 2],
+            None => [self.kinematics.pivot_mm, self.kinematics.offset_mm].map(Vec3::from),
+        };
+        let mut table = TableKinematics {
+            about: self.tilt_about(),
+            pivot,
+            offset,
             tilt: AxisRange {
                 letter: tilt.letter as u8,
-                direction: f64::from(tilt.direction),
+                direction: below(tilt.direction, tilt.turns),
                 zero: Angle::from_deg(tilt.zero_deg),
                 range: Some(degrees(tilt.min_deg, tilt.max_deg)),
                 max_rate: tilt.max_deg_per_s.to_radians(),
+                absent: tilt.turns == AxisTurns::None,
             },
             rotation: AxisRange {
                 letter: rotation.letter as u8,
-                direction: f64::from(rotation.direction),
+                direction: below(rotation.direction, rotation.turns),
                 zero: Angle::from_deg(rotation.zero_deg),
                 range: rotation.stops_deg().map(|[low, high]| degrees(low, high)),
                 max_rate: rotation.max_deg_per_s.to_radians(),
+                absent: rotation.turns == AxisTurns::None,
             },
             misaligned: self.misaligned(),
+            head,
+        };
+        for axis in [&mut table.tilt, &mut table.rotation].into_iter().filter(|axis| axis.absent) {
+            (axis.zero, axis.range) = (Angle::ZERO, Some((Angle::ZERO, Angle::ZERO)));
         }
+        table
+    }
+
+    fn tilt_about(&self) -> TiltAbout {
+        match self.kinematics.tilt.about {
+            TiltAxisName::X => TiltAbout::X,
+            TiltAxisName::Y => TiltAbout::Y,
+        }
+    }
+
+    /// What turns the head; `None` where all axes turn the table.
+    fn swivel(&self) -> Option<SwivelHead> {
+        let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
+        let [leans, yaws] = [tilt.turns, rotation.turns].map(|turns| turns == AxisTurns::Head);
+        let from_tip = |at: Option<[f64; 3]>| at.map_or_else(Vec3::zeros, Vec3::from);
+        leans.then(|| SwivelHead {
+            about: self.tilt_about(),
+            yaws,
+            tilt_from_tip: from_tip(tilt.from_tip_mm),
+            rotation_from_tip: from_tip(rotation.from_tip_mm),
+            table: Vec3::from(self.kinematics.pivot_mm) + Vec3::from(self.kinematics.offset_mm),
+            words: if self.dialect.rtcp { SwivelWords::Tip } else { SwivelWords::Axes },
+        })
     }
 
     /// Where the axes point: `None` where no key says so, or says that they are square.
@@ -121,7 +158,7 @@ impl Profile {
             rapid_is_free: self.dialect.commands == Commands::Rs274,
             axes: [axis(&table.tilt), axis(&table.rotation)],
         };
-        trace::TraceSetting { reading: self.reading(), rates, accelerations: self.accelerations() }
+        trace::TraceSetting { reading: self.reading(), rates, accelerations: self.accelerations(), swivel: self.swivel() }
     }
 
     /// How fast its axes' speeds change.
@@ -143,9 +180,48 @@ impl Profile {
         ends.filter_map(|b| b.r_mm).map(|r| r[0]).fold(0.0, f64::max)
     }
 
-    /// The head's convex pieces, tip at the origin.
+    /// The head's convex pieces, tip at the origin, tool upright.
     pub fn head_bodies(&self) -> Vec<Body> {
         self.head.body.iter().filter_map(body).collect()
+    }
+
+    /// The same as the tool sees them at `pose`. A piece that does not turn with it follows the tip as the others do, is as long as its axes
+    /// let it come along the axes that it does not follow, and reaches upward without end: what holds it up is above it.
+    pub fn head_bodies_at(&self, pose: Pose) -> Vec<Body> {
+        let bodies = self.head_bodies();
+        let Some(swivel) = self.swivel() else { return bodies };
+        let seen = |body: Body| if body.stays { self.seen_by_the_tool(&body, &swivel, pose) } else { body };
+        bodies.into_iter().map(seen).collect()
+    }
+
+    /// How deep any point of a head that turns comes below the height that Z says, at all angles from one tilt to another; at whatever angle
+    /// where none are given. 0 for a head that does not turn.
+    pub fn head_depth_mm(&self, tilts: Option<[Angle; 2]>) -> f64 {
+        let TableKinematics { tilt, head, .. } = self.kinematics();
+        let Some(head) = head else { return 0.0 };
+        let all = tilt.range.map_or([Angle::ZERO; 2], |(low, high)| [low, high].map(|word| tilt.angle_of(word)));
+        let [a, b] = tilts.unwrap_or(all);
+        let corners = |stays: bool| {
+            let bodies = self.head_bodies().into_iter().filter(move |body| body.stays == stays);
+            bodies.flat_map(|body| body.points).collect::<Vec<Vec3>>()
+        };
+        head.deepest(&corners(false), &corners(true), if a.rad() < b.rad() { (a, b) } else { (b, a) })
+    }
+
+    fn seen_by_the_tool(&self, body: &Body, swivel: &SwivelHead, pose: Pose) -> Body {
+        let mut points = body.points.clone();
+        let limits = self.linear_limits();
+        for axis in (0..3).filter(|&axis| !body.follows[axis]) {
+            let ends = [limits.min[axis], limits.max[axis]];
+            let from_the_tip = |p: &Vec3| ends.map(|end| Vec3::from_fn(|i, _| if i == axis { p[i] - end } else { p[i] }));
+            points = points.iter().flat_map(from_the_tip).collect();
+        }
+        if body.follows[2] {
+            let raised: Vec<Vec3> = points.iter().map(|p| p + Vec3::z() * UPWARD_MM).collect();
+            points.extend(raised);
+        }
+        points.iter_mut().for_each(|p| *p = swivel.unturned(*p, pose));
+        Body { name: body.name.clone(), points, follows: [true; 3], stays: true }
     }
 
     /// The frame's convex pieces, machine coordinates.
@@ -262,7 +338,7 @@ impl Profile {
         check("head.body", !self.head.body.is_empty(), "[]".to_owned(), "at least one body")?;
         let extent = self.table.radius_mm > 0.0 || self.table.size_mm.is_some();
         check("table.radius_mm", extent, self.table.radius_mm.to_string(), "above 0, or 0 with table.size_mm")?;
-        check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: trunnion computes the poses itself")?;
+        self.check_chain(origin)?;
         let letters = [tilt.letter, rotation.letter, self.dialect.extruder];
         let distinct = letters[0] != letters[1] && letters[1] != letters[2] && letters[0] != letters[2];
         let capital = letters.iter().all(|l| l.is_ascii_uppercase() && !"FGMNTXYZIJKR".contains(*l));
@@ -275,6 +351,76 @@ impl Profile {
         )?;
         self.check_bodies(origin)?;
         self.check_code(origin)
+    }
+
+    /// What the axes turn, and what goes with it.
+    fn check_chain(&self, origin: &Origin) -> Result<(), ProfileError> {
+        let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
+        let head = tilt.turns == AxisTurns::Head;
+        let said = |turns: AxisTurns| format!("{turns:?}").to_lowercase();
+        let given = |at: Option<[f64; 3]>| at.map_or_else(|| "absent".to_owned(), |at| format!("{at:?}"));
+        let placed = |turns: AxisTurns, at: Option<[f64; 3]>| at.is_some() == (turns == AxisTurns::Head);
+        let allowed = |turns: AxisTurns| match turns {
+            AxisTurns::Head => "[x, y, z] from the tip to a point on the axis while the tool is upright, since the axis turns the head",
+            _ => "absent: the axis does not turn the head (turns)",
+        };
+        let turning = |bodies: &[BodySpec]| bodies.iter().find(|body| !body.turns).map(|body| body.name.clone());
+        let stays = turning(&self.head.body).or_else(|| turning(&self.fixed.body));
+        let square = self.misaligned().is_none();
+        let both = head && rotation.turns == AxisTurns::Head;
+        let rows: [(&str, bool, String, &str); 11] = [
+            (
+                "kinematics.rotation.turns",
+                rotation.turns != AxisTurns::Head || head,
+                said(rotation.turns),
+                "\"table\" or \"none\" where the tilt axis does not turn the head: a head that only yaws points nowhere else",
+            ),
+            (
+                "kinematics.tilt.turns",
+                tilt.turns != AxisTurns::None || rotation.turns != AxisTurns::None,
+                said(tilt.turns),
+                "\"table\" or \"head\" where there is no rotation axis either",
+            ),
+            ("kinematics.tilt.from_tip_mm", placed(tilt.turns, tilt.from_tip_mm), given(tilt.from_tip_mm), allowed(tilt.turns)),
+            (
+                "kinematics.rotation.from_tip_mm",
+                placed(rotation.turns, rotation.from_tip_mm),
+                given(rotation.from_tip_mm),
+                allowed(rotation.turns),
+            ),
+            (
+                "dialect.rtcp",
+                !self.dialect.rtcp || both,
+                self.dialect.rtcp.to_string(),
+                "false unless both axes turn the head: trunnion computes the poses of a table itself",
+            ),
+            ("kinematics.tilt.along", square || !head, "given".to_owned(), "absent where the head tilts: its axes are taken as square"),
+            (
+                "fixed.body",
+                !head || self.fixed.body.is_empty(),
+                format!("{} pieces", self.fixed.body.len()),
+                "empty where the head tilts: pieces of the frame beside it are not followed; say them as pieces of the head with turns = false",
+            ),
+            (
+                "head.body",
+                head || stays.is_none(),
+                format!("turns = false of {:?}", stays.unwrap_or_default()),
+                "turns = true: this head does not turn",
+            ),
+            ("transition.park_mm", !head || self.transition.park_mm.is_none(), "given".to_owned(), "absent where the head tilts"),
+            ("link.rehome", !head || self.link.rehome.is_empty(), "given".to_owned(), "empty where the head tilts: its way back into a print is not worked out"),
+            (
+                "kinematics.tilt.holding_nm",
+                tilt.holding_nm.is_none() || tilt.turns == AxisTurns::Table,
+                "given".to_owned(),
+                "absent where the tilt axis does not carry the table",
+            ),
+        ];
+        let wrong = rows.into_iter().find(|(_, fine, ..)| !fine);
+        wrong.map_or(Ok(()), |(key, _, value, allowed)| {
+            let place = origin.get(key).cloned().unwrap_or_default();
+            Err(ProfileError::Range { place, key: key.to_owned(), value, allowed: allowed.to_owned() })
+        })
     }
 
     /// Axes as measured: near to where they are on a square machine.
@@ -349,6 +495,11 @@ impl Profile {
 
 /// The body of a `[[head.body]]`; `None` where its kind's numbers are missing or turned round.
 fn body(spec: &BodySpec) -> Option<Body> {
+    let body = shaped(spec)?;
+    Some(Body { stays: !spec.turns, ..body })
+}
+
+fn shaped(spec: &BodySpec) -> Option<Body> {
     let follows = ['X', 'Y', 'Z'].map(|axis| spec.moves.contains(axis));
     match spec.kind {
         BodyKind::Frustum => {
@@ -361,7 +512,7 @@ fn body(spec: &BodySpec) -> Option<Body> {
         }
         BodyKind::Hull => {
             let points: Vec<Vec3> = spec.points_mm.as_ref()?.iter().map(|&p| Vec3::from(p)).collect();
-            (points.len() >= 4).then(|| Body { name: spec.name.clone(), points, follows })
+            (points.len() >= 4).then(|| Body { name: spec.name.clone(), points, follows, stays: false })
         }
     }
 }

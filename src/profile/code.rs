@@ -150,14 +150,16 @@ impl Profile {
     fn lets_go(&self, code: &str) -> Result<(), (String, String)> {
         let firmware = self.firmware();
         let follows = Correction::TipFollowing;
-        let mut unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
+        let wanted = self.dialect.rtcp;
+        let mut unsure = !wanted && self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
         let from_the_start = |remedy: &str| {
             format!(
                 "firmware with PENTA_AXIS may follow the tip from power-on, which would apply the tilt a second time; {remedy} {}",
                 follows.off(firmware)
             )
         };
-        let mut corrections = Corrections::none(firmware);
+        let mut corrections = Corrections::none(firmware, wanted);
+        let letters = [self.kinematics.tilt.letter, self.kinematics.rotation.letter].map(|letter| letter as u8);
         let mut parsed = ParsedLine::default();
         for line in filled(code).lines().map(str::trim) {
             if parsed.read(line.as_bytes()).is_err() {
@@ -170,6 +172,13 @@ impl Profile {
             if unsure && moves {
                 return Err((line.to_owned(), from_the_start("before this line, put")));
             }
+            if moves && corrections.must_follow() && letters.iter().any(|&letter| parsed.value(letter).is_some()) {
+                return Err((line.to_owned(), "the head turns while the firmware does not yet follow the tip; put G43.4 before this line".to_owned()));
+            }
+        }
+        if corrections.must_follow() && !code.trim().is_empty() {
+            let why = "dialect.rtcp is true, but no line makes the firmware follow the tip; add G43.4 behind G28, or set dialect.rtcp = false";
+            return Err((String::new(), why.to_owned()));
         }
         match corrections.first() {
             Some((what, line)) => {
@@ -203,7 +212,10 @@ impl Profile {
         let trace = trace::read(code.as_bytes(), &self.trace_setting());
         let table = self.kinematics();
         let reach = self.table_slab().iter().map(Vec3::norm).fold(0.0, f64::max);
-        let top = table.pivot.z + table.offset.norm() + reach;
+        let top = match &table.head {
+            Some(_) => self.head_depth_mm(None),
+            None => table.pivot.z + table.offset.norm() + reach,
+        };
         let wrong = |m: &TraceMove| {
             let low = m.from[2].is_none_or(|z| z <= top);
             if trace.turns(m) && trace.state_before(m).pose().is_none() && low {

@@ -10,8 +10,12 @@ use super::layers::DEFAULTS;
 use super::schema::{BodySpec, Profile};
 
 /// Comments of the reference behind which keys stand that may be absent.
-const BEHIND: [(&str, &[&str]); 13] = [
+const BEHIND: [(&str, &[&str]); 17] = [
     ("# jogged = ", &["machine.jogged", "machine.jogged_as"]),
+    ("# turns = \"head\"", &["kinematics.tilt.turns"]),
+    ("# from_tip_mm = [0.0, 0.0, 50", &["kinematics.tilt.from_tip_mm"]),
+    ("# turns = \"none\"", &["kinematics.rotation.turns"]),
+    ("# from_tip_mm = [0.0, 0.0, 55", &["kinematics.rotation.from_tip_mm"]),
     ("# along = [0.99999, ", &["kinematics.tilt.along"]),
     ("# along = [0.0, ", &["kinematics.rotation.along"]),
     ("# min_deg, max_deg: stops, as words.", &["kinematics.rotation.min_deg", "kinematics.rotation.max_deg"]),

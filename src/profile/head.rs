@@ -249,7 +249,7 @@ fn cuboid(name: &str, moves: &str, min: [f64; 3], max: [f64; 3]) -> BodySpec {
 
 fn piece(name: &str, moves: &str, kind: BodyKind) -> BodySpec {
     let (name, moves) = (name.to_owned(), moves.to_owned());
-    BodySpec { name, moves, kind, z_mm: None, r_mm: None, min_mm: None, max_mm: None, points_mm: None }
+    BodySpec { name, turns: true, moves, kind, z_mm: None, r_mm: None, min_mm: None, max_mm: None, points_mm: None }
 }
 
 /// Makes pieces of the measures in `answers`, which then hold the whole head as a profile has it; `like` says what was not measured.

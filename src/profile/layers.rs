@@ -25,11 +25,13 @@ macro_rules! shipped {
 }
 
 /// The shipped profiles: name, where it is kept, text.
-pub const SHIPPED: [(&str, &str, &str); 13] = [
+pub const SHIPPED: [(&str, &str, &str); 16] = [
     shipped!("fibr3d"),
     shipped!("fractal-5-pro"),
     shipped!("generic-ac"),
     shipped!("generic-bc"),
+    shipped!("generic-hh"),
+    shipped!("generic-ht"),
     shipped!("grblhal-ac"),
     shipped!("hendrikjan-5d"),
     shipped!("linuxcnc-xyzac-trt"),
@@ -38,13 +40,18 @@ pub const SHIPPED: [(&str, &str, &str); 13] = [
     shipped!("open5x-voron0"),
     shipped!("penta-trt-bc"),
     shipped!("pentos"),
+    shipped!("rep5x-ender-3-v3-se"),
     shipped!("trident-5-axis"),
 ];
 
 /// Keys that may be absent, and so are not in the defaults.
-const OPTIONAL: [&str; 15] = [
+const OPTIONAL: [&str; 19] = [
     "machine.jogged",
     "machine.jogged_as",
+    "kinematics.tilt.turns",
+    "kinematics.rotation.turns",
+    "kinematics.tilt.from_tip_mm",
+    "kinematics.rotation.from_tip_mm",
     "kinematics.tilt.along",
     "kinematics.rotation.along",
     "kinematics.tilt.stepper",
@@ -71,7 +78,7 @@ const MOST_BYTES: usize = 1 << 20;
 const LEAST_BEGINNING: usize = 3;
 
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
-const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
+const BODY_KEYS: [&str; 9] = ["name", "turns", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
 
 /// Where each value came from: key path to `file:line`.
 pub type Origin = BTreeMap<String, String>;

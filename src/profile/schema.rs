@@ -77,12 +77,37 @@ pub enum TiltAxisName {
     Y,
 }
 
+/// What an axis turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisTurns {
+    /// The table.
+    #[default]
+    Table,
+    /// The head.
+    Head,
+    /// Nothing: the machine does not have it.
+    None,
+}
+
+impl AxisTurns {
+    fn is_table(&self) -> bool {
+        *self == Self::Table
+    }
+}
+
 /// `[kinematics.tilt]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TiltAxis {
     /// The word's letter.
     pub letter: char,
+    /// What it turns.
+    #[serde(default, skip_serializing_if = "AxisTurns::is_table")]
+    pub turns: AxisTurns,
+    /// From the tip to a point on it, tool upright, mm; of an axis that turns the head.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_tip_mm: Option<[f64; 3]>,
     /// The machine axis.
     pub about: TiltAxisName,
     /// Where it points while both angles are zero, where that was measured; absent for exactly `about`.
@@ -112,6 +137,12 @@ pub struct TiltAxis {
 pub struct RotationAxis {
     /// The word's letter.
     pub letter: char,
+    /// What it turns.
+    #[serde(default, skip_serializing_if = "AxisTurns::is_table")]
+    pub turns: AxisTurns,
+    /// From the tip to a point on it, tool upright, mm; of an axis that turns the head.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_tip_mm: Option<[f64; 3]>,
     /// Where it points while both angles are zero, where that was measured; absent for exactly +Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along: Option<[f64; 3]>,
@@ -212,12 +243,19 @@ pub enum BodyKind {
     Hull,
 }
 
+fn with_the_tool() -> bool {
+    true
+}
+
 /// One convex piece.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodySpec {
     /// What messages call it.
     pub name: String,
+    /// Whether it turns with the tool, where the head turns.
+    #[serde(default = "with_the_tool", skip_serializing_if = "Clone::clone")]
+    pub turns: bool,
     /// The axes it follows, for example `"XYZ"`; empty for the frame.
     #[serde(default)]
     pub moves: String,

@@ -1,5 +1,7 @@
 //! Whether a travel at a pose clears what stands there, and how high it must go if not.
 
+use std::borrow::Cow;
+
 use super::inputs::RewriteJob;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -13,7 +15,7 @@ const NEAR_CONTACTS: f64 = 2.0;
 
 /// What stands at one pose before a setup begins: the table, the parts printed before, and their supports.
 pub(super) struct Obstacles<'a> {
-    head: &'a Head,
+    head: Cow<'a, Head>,
     /// The tip's middle alone.
     tip: Head,
     graze: f64,
@@ -56,10 +58,12 @@ impl<'a> Obstacles<'a> {
             Solid::hull(corners.iter().map(|p| motion.rotation * p + motion.translation).collect())
         };
         solids.extend(supports.iter().map(on_machine));
+        // Over a table that lies still no way across leads down to it.
+        let counted = solids.len() + usize::from(table.head.is_none());
         solids.push(table_solid(profile, &motion));
-        let top = solids.iter().map(|s| s.bounds.max.z).fold(f64::NEG_INFINITY, f64::max);
+        let top = solids[..counted].iter().map(|s| s.bounds.max.z).fold(f64::NEG_INFINITY, f64::max);
         Self {
-            head,
+            head: head.at(pose),
             tip: Head::point(),
             graze: profile.process.layer_height_mm * GRAZE_LAYERS,
             solids,

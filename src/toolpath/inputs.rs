@@ -5,6 +5,7 @@ use super::joint::Joint;
 use super::sliced::{Layer, SlicedPrint};
 use super::source::SlicedError;
 use crate::location::Location;
+use crate::motion::OutOfLimits;
 use crate::planning::{Plan, Print, Workpiece};
 use crate::profile::Profile;
 
@@ -137,6 +138,11 @@ pub enum RewriteError {
         /// From what carries the part to the first layer's tip, mm.
         room_mm: f64,
     },
+    /// An axis that would have to go beyond its stops on the way between prints, or at one of them.
+    #[error(
+        "the way to a print or from it has no room: {0}; move the model (--origin), or raise the stop in [limits] if the machine has more travel"
+    )]
+    Beyond(OutOfLimits),
     /// Layers that go down again cannot be interleaved with another print's.
     #[error(
         "{file}:{line}: layer at z {z:.3} mm comes after a higher one; this print shares its setup with others, so its layers must go up"
@@ -155,7 +161,7 @@ impl RewriteError {
     /// Where in what the user gave it is.
     pub fn location(&self) -> Option<Location> {
         match self {
-            Self::Write(_) => None,
+            Self::Write(_) | Self::Beyond(_) => None,
             Self::Sliced(error) => Some(error.location()),
             Self::Missing { part, .. } => Some(Location::default().part(*part)),
             Self::Box { file, part, .. } | Self::Pressed { file, part, .. } => Some(Location::file(file).part(*part)),

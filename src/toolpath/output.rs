@@ -4,13 +4,11 @@ use crate::gcode::meaning::{Firmware, ManualStepper};
 use crate::gcode::{LineRules, push_fixed, push_units, round_to, units_of};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
-use crate::motion::{Pose, TableKinematics};
+use crate::motion::{LinearLimits, OutOfLimits, Pose, TableKinematics};
 use crate::profile::{Commands, Extrusion, FeedReference, Profile};
 
-/// Decimals of coordinates, mm.
-const LINEAR: u32 = 3;
-/// Units of coordinates a millimetre.
-const MICRONS: f64 = 1000.0;
+/// Decimals of coordinates, mm; of a head that turns, one more: a layer's height is then the sum of three words.
+const LINEAR: [u32; 2] = [3, 4];
 /// Decimals of angles, degrees.
 const ANGULAR: u32 = 4;
 /// Decimals of filament, mm.
@@ -25,6 +23,11 @@ pub(super) struct Output<'a> {
     pub(super) bytes: Vec<u8>,
     profile: &'a Profile,
     table: TableKinematics,
+    /// Decimals of coordinates.
+    linear: u32,
+    limits: LinearLimits,
+    /// Where the head turns, at which pose it is.
+    swivelled: Option<Pose>,
     /// X, Y, Z as last written, in units of their last decimal.
     at: [Option<i64>; 3],
     /// The same before rounding.
@@ -41,14 +44,20 @@ pub(super) struct Output<'a> {
     print: usize,
     /// The highest feed that had to be lowered.
     pub(super) lowered: Option<f64>,
+    /// The first axis of a machine whose head turns that would have had to go beyond its stops.
+    pub(super) beyond: Option<OutOfLimits>,
 }
 
 impl<'a> Output<'a> {
     pub(super) fn new(profile: &'a Profile, prints: usize) -> Self {
+        let table = profile.kinematics();
         Self {
             bytes: Vec::new(),
             profile,
-            table: profile.kinematics(),
+            linear: LINEAR[usize::from(table.head.is_some())],
+            limits: profile.linear_limits(),
+            swivelled: None,
+            table,
             at: [None; 3],
             given: [f64::NAN; 3],
             feed: None,
@@ -57,6 +66,7 @@ impl<'a> Output<'a> {
             owed: vec![0.0; prints + 1],
             print: prints,
             lowered: None,
+            beyond: None,
         }
     }
 
@@ -67,8 +77,45 @@ impl<'a> Output<'a> {
 
     /// Where the tip is, if all is known.
     pub(super) fn tip(&self) -> Option<Vec3> {
+        let words = self.words()?;
+        if self.table.head.is_none() { Some(words) } else { Some(self.table.tip(words, self.swivelled?)) }
+    }
+
+    /// X, Y and Z as last written, if all are known.
+    pub(super) fn words(&self) -> Option<Vec3> {
         let [x, y, z] = self.at;
-        Some(Vec3::new(x? as f64, y? as f64, z? as f64) / MICRONS)
+        Some(Vec3::new(x? as f64, y? as f64, z? as f64) / 10_f64.powi(self.linear as i32))
+    }
+
+    /// The words for a tip.
+    fn words_of(&mut self, tip: Vec3) -> Vec3 {
+        let (Some(head), Some(pose)) = (&self.table.head, self.swivelled) else { return tip };
+        let out = self.limits.violation(&head.axes(tip, pose));
+        self.beyond = self.beyond.or(out);
+        head.words(tip, pose)
+    }
+
+    /// A straight move to the words of X, Y and Z, of a head that turns.
+    pub(super) fn go_words(&mut self, words: Vec3, feed: f64) {
+        let bare = self.bytes.len();
+        self.bytes.extend_from_slice(b"G1");
+        let start = self.bytes.len();
+        (0..3).for_each(|axis| self.coordinate(axis, words[axis]));
+        if self.bytes.len() == start {
+            return self.bytes.truncate(bare);
+        }
+        self.feed_word(feed);
+        self.bytes.push(b'\n');
+    }
+
+    /// A move of the word of Z alone, wherever X and Y are.
+    pub(super) fn raise(&mut self, z: f64, feed: f64) {
+        if self.at[2] != Some(units_of(z, self.linear)) {
+            self.bytes.extend_from_slice(b"G1");
+            self.coordinate(2, z);
+            self.feed_word(feed);
+            self.bytes.push(b'\n');
+        }
     }
 
     /// From here on filament laid down belongs to `print`.
@@ -124,15 +171,12 @@ impl<'a> Output<'a> {
         self.block(code, Some(to), Some(arc), e, feed, comment);
     }
 
-    /// A move of Z alone, whatever X and Y are.
+    /// A move along the tool to a height, whatever X and Y are.
     pub(super) fn go_z(&mut self, z: f64, feed: f64) {
-        if self.at[2] == Some(units_of(z, LINEAR)) {
-            return;
+        match (self.swivelled, self.tip()) {
+            (Some(_), Some(tip)) => self.go(Vec3::new(tip.x, tip.y, z), 0.0, feed, b""),
+            _ => self.raise(z, feed),
         }
-        self.bytes.extend_from_slice(b"G1");
-        self.coordinate(2, z);
-        self.feed_word(feed);
-        self.bytes.push(b'\n');
     }
 
     /// A straight move without a comment, as nearly all are.
@@ -153,6 +197,7 @@ impl<'a> Output<'a> {
         self.bytes.extend_from_slice(code);
         let bare = self.bytes.len();
         if let Some(to) = to {
+            let to = if self.swivelled.is_some() { self.words_of(to) } else { to };
             self.coordinate(0, to.x);
             self.coordinate(1, to.y);
             self.coordinate(2, to.z);
@@ -183,13 +228,13 @@ impl<'a> Output<'a> {
             return;
         }
         self.given[axis] = value;
-        let units = units_of(value, LINEAR);
+        let units = units_of(value, self.linear);
         if self.at[axis] == Some(units) {
             return;
         }
         self.at[axis] = Some(units);
         self.bytes.extend_from_slice(&[b' ', b"XYZ"[axis]]);
-        push_units(&mut self.bytes, units, LINEAR);
+        push_units(&mut self.bytes, units, self.linear);
     }
 
     fn arc_words(&mut self, arc: &Arc) {
@@ -244,6 +289,7 @@ impl<'a> Output<'a> {
     pub(super) fn turn(&mut self, from: Option<Pose>, to: Pose) {
         let tilt = self.table.tilt.clone();
         let rotation = self.table.rotation.clone();
+        self.swivelled = self.table.head.as_ref().map(|_| to);
         let [before_turn, after_turn] = self.profile.transition.around_turn();
         let (steppers, mut turned) = (self.profile.steppers(), false);
         for (axis, before, after) in
@@ -251,7 +297,7 @@ impl<'a> Output<'a> {
         {
             let word = round_to(axis.word_of(after).deg(), ANGULAR);
             let was = before.map(|b| round_to(axis.word_of(b).deg(), ANGULAR));
-            if was == Some(word) {
+            if was == Some(word) || axis.absent {
                 continue;
             }
             if !std::mem::replace(&mut turned, true) {

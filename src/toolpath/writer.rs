@@ -17,7 +17,7 @@ use crate::gcode::meaning::dwell_line;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{CHORD_MM, PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::{HOP_MM, Head};
+use crate::planning::{HOP_MM, Head, SwivelRoute};
 use crate::profile::Commands;
 use crate::spelling::counted;
 
@@ -30,6 +30,8 @@ pub(super) struct Writer<'a> {
     job: &'a RewriteJob<'a>,
     table: &'a TableKinematics,
     head: &'a Head,
+    /// How the head gets from pose to pose, where it is the head that turns.
+    route: Option<SwivelRoute<'a>>,
     out: Output<'a>,
     sink: &'a mut (dyn Write + Send),
     /// Bytes that the sink has.
@@ -78,6 +80,7 @@ impl<'a> Writer<'a> {
             job,
             table,
             head,
+            route: SwivelRoute::of(job.profile),
             out: Output::new(job.profile, prints),
             sink,
             written: 0,
@@ -104,6 +107,9 @@ impl<'a> Writer<'a> {
     /// user should know.
     pub(super) fn finish(mut self) -> Result<(u64, Option<f64>, Vec<String>), RewriteError> {
         self.hand_over(0)?;
+        if let Some(out) = self.out.beyond {
+            return Err(RewriteError::Beyond(out));
+        }
         if self.pauses > 0 {
             self.warnings.push(format!(
                 "the head waits above the print, with the filament retracted, in {} (M600, M0 or similar)",
@@ -182,14 +188,21 @@ impl<'a> Writer<'a> {
             self.out.filament(-pull_mm, profile.transition.retract_mm_per_s * 60.0, b"");
         }
         // Up first, wherever homing has left X and Y.
-        self.out.go_z(self.safe_height(), profile.transition.z_mm_per_min);
+        match &self.route {
+            Some(route) => self.out.raise(route.height(0.0, None, Pose::LEVEL), profile.transition.z_mm_per_min),
+            None => self.out.go_z(self.safe_height(), profile.transition.z_mm_per_min),
+        }
     }
 
     pub(super) fn footer(&mut self, entries: &[Entry<'_>]) {
         self.retract();
-        self.out.go_z(self.safe_height(), self.job.profile.transition.z_mm_per_min);
-        if let Some(pose) = self.pose {
-            self.out.turn(self.pose, Pose { tilt: Pose::LEVEL.tilt, ..pose });
+        let level = self.pose.map(|pose| Pose { tilt: Pose::LEVEL.tilt, ..pose });
+        match level {
+            Some(level) if self.route.is_some() => self.leave(level, None),
+            _ => self.out.go_z(self.safe_height(), self.job.profile.transition.z_mm_per_min),
+        }
+        if let Some(level) = level {
+            self.out.turn(self.pose, level);
         }
         self.out.line(END_MARK);
         self.custom_code(&self.job.profile.dialect.end, 0.0, 0.0);
@@ -244,8 +257,12 @@ impl<'a> Writer<'a> {
     fn change_pose(&mut self, pose: Pose, group: &[Entry<'_>]) {
         let transition = &self.job.profile.transition;
         self.retract();
-        let height = self.safe_height();
-        if self.pose != Some(pose) || self.out.tip().is_none() {
+        let moves = self.pose != Some(pose) || self.out.tip().is_none();
+        if moves && self.route.is_some() {
+            self.leave(pose, Some(group));
+            self.above_all = true;
+        } else if moves {
+            let height = self.safe_height();
             self.out.go_z(height, transition.z_mm_per_min);
             self.above_all = true;
             if let (Some([x, y]), Some(_)) = (transition.park_mm, self.pose) {
@@ -258,6 +275,63 @@ impl<'a> Writer<'a> {
         self.out.line(&slot_mark(group[0].slot, &parts, words));
         self.out.turn(self.pose, pose);
         self.pose = Some(pose);
+    }
+
+    /// Leaves along the tool, goes straight up, and waits where the head can turn to `pose`: above the prints to come, if there are any.
+    fn leave(&mut self, pose: Pose, to: Option<&[Entry<'_>]>) {
+        let (Some(route), Some(head)) = (&self.route, &self.table.head) else { return };
+        let (z_feed, feed) = (self.job.profile.transition.z_mm_per_min, self.job.profile.transition.travel_mm_per_min);
+        let standing = self.standing();
+        let top = standing.iter().map(|p| p.z).fold(0.0, f64::max);
+        let height = route.height(top, self.pose, pose);
+        if let (Some(tip), Some(from)) = (self.out.tip(), self.pose) {
+            let along = self.top_along(&standing, from) + self.job.profile.transition.clearance_mm;
+            self.out.go_z(along.max(tip.z), z_feed);
+        }
+        self.out.raise(self.out.words().map_or(height, |words| height.max(words.z)), z_feed);
+        let above = to.and_then(|group| {
+            let there = group.iter().map(region).fold(Bounds::EMPTY, |all, one| all.union(&one)).centre();
+            Some(head.words(there, pose)).filter(|words| words.iter().all(|v| v.is_finite()))
+        });
+        let places = [self.out.words(), above, Some(head.table)].map(|words| words.map(|p| [p.x, p.y]));
+        let places: Vec<[f64; 2]> = places.into_iter().flatten().collect();
+        match route.place(&places, height, self.pose, pose) {
+            Ok([x, y]) => {
+                let z = self.out.words().map_or(height, |words| words.z);
+                self.out.go_words(Vec3::new(x, y, z), feed);
+            }
+            Err(out) => self.out.beyond = self.out.beyond.or(Some(out)),
+        }
+    }
+
+    /// Goes over to where a print begins, across the room and straight down to where the tool's axis leads in.
+    fn arrive(&mut self, start: Vec3) {
+        let (Some(head), Some(pose)) = (&self.table.head, self.pose) else { return };
+        let transition = &self.job.profile.transition;
+        let along = self.top_along(&self.standing(), pose).max(start.z) + transition.clearance_mm;
+        let entry = Vec3::new(start.x, start.y, along);
+        let words = head.words(entry, pose);
+        let z = self.out.words().map_or(words.z, |at| at.z.max(words.z));
+        self.out.raise(z, transition.z_mm_per_min);
+        self.out.go_words(Vec3::new(words.x, words.y, z), transition.travel_mm_per_min);
+        self.out.go(entry, 0.0, transition.z_mm_per_min, b"");
+    }
+
+    /// Corners of all that was printed, table frame.
+    fn standing(&self) -> Vec<Vec3> {
+        let parts = self.printed.iter().flat_map(|&p| self.job.workpiece.parts[p].vertices().iter().copied());
+        parts.chain(self.supports.iter().flatten().copied()).collect()
+    }
+
+    /// How far along the tool any of them reaches at `pose`.
+    fn top_along(&self, standing: &[Vec3], pose: Pose) -> f64 {
+        let motion = self.table.forward(pose);
+        standing.iter().map(|&p| motion.point(p.into()).at.z).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Where the head's way along the tool ends; a head that turns is held against its axes where it is written.
+    fn highest(&self) -> f64 {
+        if self.route.is_some() { f64::INFINITY } else { self.job.profile.limits.z_mm[1] }
     }
 
     fn retract(&mut self) {
@@ -275,10 +349,14 @@ impl<'a> Writer<'a> {
         let sliced = chunk.entry.input.sliced;
         let Some(start) = lead.start else { return };
         let start = start + self.shift(chunk.entry);
-        let height = self.travel_height(start, obstacles);
         let (print, part) = (chunk.entry.input.print, chunk.entry.print.part);
-        self.out.go_z(height, transition.z_mm_per_min);
-        self.out.go(Vec3::new(start.x, start.y, height), 0.0, transition.travel_mm_per_min, b"");
+        if self.above_all && self.route.is_some() {
+            self.arrive(start);
+        } else {
+            let height = self.travel_height(start, obstacles);
+            self.out.go_z(height, transition.z_mm_per_min);
+            self.out.go(Vec3::new(start.x, start.y, height), 0.0, transition.travel_mm_per_min, b"");
+        }
         self.above_all = false;
         self.out.line(&print_mark(print, part));
         let above = self.out.tip();
@@ -329,7 +407,7 @@ impl<'a> Writer<'a> {
 
     /// A little above both ends if that is free, else above everything that stands at this pose.
     fn travel_height(&self, start: Vec3, obstacles: &Obstacles<'_>) -> f64 {
-        let limit = self.job.profile.limits.z_mm[1];
+        let limit = self.highest();
         let Some(tip) = self.out.tip() else { return self.safe_height() };
         if self.above_all {
             // Just turned: straight across and straight down.
@@ -386,8 +464,12 @@ impl<'a> Writer<'a> {
             [tip.x, low.y - BESIDE_MM],
             [tip.x, high.y + BESIDE_MM],
         ];
-        let reached = |[x, y]: &[f64; 2]| {
-            (limits.x_mm[0]..=limits.x_mm[1]).contains(x) && (limits.y_mm[0]..=limits.y_mm[1]).contains(y)
+        let reached = |[x, y]: &[f64; 2]| match (&self.table.head, self.pose) {
+            (Some(head), Some(pose)) => {
+                let tip = Vec3::new(*x, *y, self.pause_height(tip.z));
+                self.job.profile.linear_limits().violation(&head.axes(tip, pose)).is_none()
+            }
+            _ => (limits.x_mm[0]..=limits.x_mm[1]).contains(x) && (limits.y_mm[0]..=limits.y_mm[1]).contains(y),
         };
         let away = |[x, y]: &[f64; 2]| (x - tip.x).abs() + (y - tip.y).abs();
         sides.into_iter().filter(reached).min_by(|a, b| away(a).total_cmp(&away(b)))
@@ -396,7 +478,7 @@ impl<'a> Writer<'a> {
     /// Above all that stands, what is being printed among it; the axis's end where it is lower.
     fn pause_height(&self, tip_z: f64) -> f64 {
         let own = tip_z + self.job.profile.transition.clearance_mm;
-        self.clear_height.max(own).min(self.job.profile.limits.z_mm[1])
+        self.clear_height.max(own).min(self.highest())
     }
 
     /// A line of a print that passes, in the machine's own words.
@@ -513,7 +595,7 @@ impl<'a> Writer<'a> {
             return;
         }
         match &step.arc {
-            Some(arc) if self.job.profile.dialect.arcs => self.out.go_round(to, arc, e, feed, comment),
+            Some(arc) if self.job.profile.dialect.arcs && self.route.is_none() => self.out.go_round(to, arc, e, feed, comment),
             Some(arc) => {
                 let points = flatten(from, to, arc, CHORD_MM);
                 let share = e / points.len() as f64;
@@ -526,7 +608,7 @@ impl<'a> Writer<'a> {
     /// A travel that would touch something: up, across, down.
     fn over(&mut self, from: Vec3, to: Vec3, e: f64, feed: f64, obstacles: &Obstacles<'_>) {
         let z_feed = self.job.profile.transition.z_mm_per_min;
-        let height = obstacles.over_all.max(from.z).max(to.z).min(self.job.profile.limits.z_mm[1]);
+        let height = obstacles.over_all.max(from.z).max(to.z).min(self.highest());
         self.out.filament(e, feed, b"");
         self.out.go_z(height, z_feed);
         self.out.go(Vec3::new(to.x, to.y, height), 0.0, feed, b"");

@@ -8,6 +8,8 @@ use super::{Event, MotionClock, State, Trace, TraceSetting, What, Zone, flag, un
 use crate::gcode::marks::{Hint, Mark, Role, Totals, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
+use crate::geom::Vec3;
+use crate::motion::{Pose, SwivelHead};
 use crate::motion::replay::{Move, Position};
 
 /// The program in `bytes`, as the machine of `setting` would carry it out.
@@ -102,6 +104,7 @@ struct Said {
 
 struct Builder {
     interpreter: Interpreter,
+    swivel: Option<SwivelHead>,
     trace: Trace,
     line: u32,
     state: State,
@@ -123,7 +126,8 @@ impl Builder {
         [&mut trace.width_um, &mut trace.height_um, &mut trace.flags].into_iter().for_each(|c| c.reserve(count));
         trace.role.reserve(count);
         let (said, said_by) = (Said::default(), BTreeMap::new());
-        Self { interpreter: Interpreter::new(setting), trace, line: 0, state, said, said_by }
+        let swivel = setting.swivel.clone();
+        Self { interpreter: Interpreter::new(setting), swivel, trace, line: 0, state, said, said_by }
     }
 
     /// Takes a line that begins `start` bytes from the program's first; what of it takes time goes to `stretches`.
@@ -199,6 +203,7 @@ impl Builder {
 
     fn make(&mut self, timed: TimedMove) {
         let TimedMove { made: m, seconds, length_mm: length, chords, too_fast, .. } = timed;
+        let (m, chords) = self.seen(m, chords);
         (self.state.tilt, self.state.rotation) = (m.to.tilt, m.to.rotation);
         if self.trace.states.last() != Some(&self.state) {
             self.trace.states.push(self.state);
@@ -226,6 +231,21 @@ impl Builder {
         }
     }
 
+    /// A move with its chords as the tool sees them: at the pose in which it ends.
+    fn seen(&self, m: Move, mut chords: Vec<Vec3>) -> (Move, Vec<Vec3>) {
+        let Some(swivel) = &self.swivel else { return (m, chords) };
+        let pose = m.to.pose();
+        chords.iter_mut().for_each(|chord| *chord = tip(swivel, *chord, pose));
+        let place = |at: Position| match at.tip() {
+            Some(words) => <[f64; 3]>::from(tip(swivel, words, pose)).map(Some),
+            // One coordinate alone is a place of the upright tool.
+            None if pose.is_none() => std::array::from_fn(|i| at.linear[i].map(|word| word - swivel.table[i])),
+            None => [None; 3],
+        };
+        let [from, to] = [m.from, m.to].map(|at| Position { linear: place(at), ..at });
+        (Move { from, to, ..m }, chords)
+    }
+
     fn push(&mut self, m: &Move, to: &Position, e: f64, seconds: f64, flags: u16) {
         let trace = &mut self.trace;
         trace.line.push(self.line);
@@ -240,4 +260,9 @@ impl Builder {
         trace.role.push(self.said.role);
         trace.flags.push(flags);
     }
+}
+
+/// Where the tip is for the words of X, Y and Z; at an unknown pose as if the tool were upright.
+fn tip(swivel: &SwivelHead, words: Vec3, pose: Option<Pose>) -> Vec3 {
+    pose.map_or(words - swivel.table, |pose| swivel.tip(words, pose))
 }

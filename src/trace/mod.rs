@@ -25,7 +25,9 @@
 //! ```
 //!
 //! Moves are straight lines of the tip (arcs are taken along their chords), each with the line it stands on, the filament it
-//! takes, what the slicer says of it, its time, and the [`State`] in which it ends: pose, print, heat. Everything else of the file
+//! takes, what the slicer says of it, its time, and the [`State`] in which it ends: pose, print, heat. Where the head turns
+//! ([`SwivelHead`]), the tip's places are those seen with the tool upright, each move at the pose in which it ends; while the pose is unknown
+//! they are the words, counted from the table's centre. Everything else of the file
 //! is an [`Event`] between two moves. Nothing is judged here, and nothing is left out.
 //!
 //! Units: mm, mm/min, seconds, degrees Celsius. Columns rather than records: 39 bytes a move, and a reader that looks at
@@ -53,7 +55,7 @@ use crate::gcode::marks::{Mark, Role};
 use crate::gcode::meaning::Effect;
 use crate::geom::Vec3;
 use crate::motion::replay::{Position, Reading};
-use crate::motion::{Accelerations, Pose};
+use crate::motion::{Accelerations, Pose, SwivelHead};
 
 /// How a machine's files are read.
 #[derive(Clone, Debug)]
@@ -64,6 +66,8 @@ pub struct TraceSetting {
     pub rates: Rates,
     /// How fast speeds change.
     pub accelerations: Accelerations,
+    /// The head, where it turns: moves are then those of the tip in its own frame.
+    pub swivel: Option<SwivelHead>,
 }
 
 /// Where in the program something stands.

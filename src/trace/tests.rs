@@ -97,7 +97,7 @@ fn everything_else_is_an_event_before_the_move_that_follows() {
 #[test]
 fn the_clock_knows_accelerations_corners_and_stops() {
     let accelerations = Accelerations { axes: [1000.0, 1000.0, 200.0, 100.0, 100.0, 1000.0], junction_mm: 0.01 };
-    let axis = |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0 };
+    let axis = |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0, absent: false };
     let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
     let seconds = |text: &str| {
         let setting = TraceSetting { reading: reading.clone(), accelerations, ..setting() };

@@ -2,7 +2,7 @@
 
 use super::prints::PrintedPart;
 use crate::geom::{Bounds, Vec3};
-use crate::motion::{LinearLimits, Pose};
+use crate::motion::{LinearLimits, Pose, SwivelHead};
 use crate::profile::{self, ABSURD_MM, Profile};
 use crate::trace::{Trace, TraceMove, Zone};
 
@@ -64,6 +64,8 @@ pub(super) struct Acts<'a> {
     pub(super) trace: &'a Trace,
     profile: &'a Profile,
     limits: LinearLimits,
+    /// The head, where it turns.
+    head: Option<SwivelHead>,
     /// Width and height that are taken where nothing is stated, and the most that a statement may claim.
     least: [f64; 2],
     most: [f64; 2],
@@ -78,6 +80,7 @@ impl<'a> Acts<'a> {
             trace,
             profile,
             limits: profile.linear_limits(),
+            head: profile.kinematics().head,
             least: [p.line_width_mm, p.layer_height_mm],
             // A nozzle lays no line wider than about twice its bore or higher than the bore.
             most: [p.line_width_mm.max(2.0 * nozzle), p.layer_height_mm.max(nozzle)],
@@ -98,7 +101,7 @@ impl<'a> Acts<'a> {
 
     /// Where the tip goes in a move; `None` where it stands, or goes from a height that is not known.
     pub(super) fn go(&self, m: &TraceMove) -> Option<Go> {
-        if !m.travels() || self.is_absurd(m) {
+        if !m.travels() || self.is_absurd(m) || (self.head.is_some() && self.trace.turns(m)) {
             return None;
         }
         let Some([from, to]) = m.ends() else {
@@ -124,6 +127,11 @@ impl<'a> Acts<'a> {
     /// field over it would be of cells too coarse for everything else.
     fn is_absurd(&self, m: &TraceMove) -> bool {
         let far = |i: usize, v: f64| v < self.limits.min[i] - ABSURD_MM || v > self.limits.max[i] + ABSURD_MM;
+        if let Some(head) = &self.head {
+            let pose = self.trace.state(m).pose().unwrap_or_default();
+            let axes = m.ends().into_iter().flatten().map(|tip| head.axes(tip, pose));
+            return axes.into_iter().any(|axes| (0..3).any(|i| far(i, axes[i])));
+        }
         (0..3).any(|i| [m.from[i], m.to[i]].into_iter().flatten().any(|v| far(i, v)))
     }
 
@@ -147,7 +155,8 @@ impl<'a> Acts<'a> {
     /// Where the tip is, an unknown X or Y anywhere within the limits; `None` where the height is unknown.
     fn box_of(&self, at: [Option<f64>; 3]) -> Option<Bounds> {
         at[2]?;
-        let end = |limit: &Vec3| Vec3::from_fn(|i, _| at[i].unwrap_or(limit[i]));
+        let origin = self.head.as_ref().map_or_else(Vec3::zeros, |head| head.table);
+        let end = |limit: &Vec3| Vec3::from_fn(|i, _| at[i].unwrap_or(limit[i] - origin[i]));
         Some(Bounds { min: end(&self.limits.min), max: end(&self.limits.max) })
     }
 }

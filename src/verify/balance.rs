@@ -71,10 +71,9 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
         if acts.trace.turns(&m) || acts.trace.has_new_pose(&m) {
             balance.ask(at, &mut findings);
             balance.bodies.iter_mut().for_each(|body| body.printed = None);
-            let pose = acts.trace.state(&m).pose().map(|pose| kinematics.forward(pose).inverse());
-            balance.pose = pose.map(|back| {
-                let down = balance::down(&back);
-                Pose { back, down, tilt_deg: balance::tilt(&down).deg() }
+            balance.pose = acts.trace.state(&m).pose().map(|pose| {
+                let down = balance::down(&kinematics, pose);
+                Pose { back: kinematics.forward(pose).inverse(), down, tilt_deg: balance::tilt(&down).deg() }
             });
             at.line = m.line;
             balance.ask(at, &mut findings);

@@ -54,6 +54,8 @@ pub(super) struct Material {
     /// The farthest of everything from the table's origin, and from its axis.
     pub(super) reach: f64,
     pub(super) reach_sideways: f64,
+    /// The highest of everything over the table's surface.
+    pub(super) top: f64,
     /// Of each print whether something of it has been laid; and whether something of none has.
     laid: Vec<bool>,
     strays: bool,
@@ -71,6 +73,7 @@ impl Material {
             thickest: 0.0,
             reach,
             reach_sideways,
+            top: 0.0,
             laid: Vec::new(),
             strays: false,
         }
@@ -104,6 +107,7 @@ impl Material {
         for end in &ends {
             self.reach = self.reach.max(end.norm() + radius);
             self.reach_sideways = self.reach_sideways.max((end.x * end.x + end.y * end.y).sqrt() + radius);
+            self.top = self.top.max(end.z + radius);
         }
         let half_up = back.rotation * down;
         match stroke.print {

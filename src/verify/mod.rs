@@ -78,6 +78,7 @@ mod shape;
 mod stated;
 mod support;
 mod survey;
+mod swivelling;
 mod table;
 mod tally;
 #[cfg(test)]

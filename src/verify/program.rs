@@ -15,7 +15,7 @@ use super::{Planned, ReplayJob};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
 use crate::gcode::meaning::{Corrections, Effect, Firmware, Hazard, Heater};
-use crate::geom::{Angle, Vec3};
+use crate::geom::{Angle, Bounds, Vec3};
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
 use crate::trace::{Event, State, Trace, TraceMove, What, Zone};
@@ -113,7 +113,7 @@ impl<'a> Checker<'a> {
             heaters: Heaters::of(&permitted, firmware),
             homing: Homing::of(firmware, [table.tilt.letter, table.rotation.letter]),
             settings: Settings::of(profile),
-            corrections: Corrections::none(firmware),
+            corrections: Corrections::none(firmware, profile.dialect.rtcp),
             told_corrected: false,
             table,
             permitted,
@@ -266,7 +266,7 @@ impl<'a> Checker<'a> {
         let own = self.permitted.owns(self.zone, text);
         let corrects = self.corrections.note(line, &self.line).is_some_and(|(_, on)| on);
         // What must not stand there is a finding already.
-        self.told_corrected |= corrects && !own && !self.permitted.allows(&name_of(line, text));
+        self.told_corrected |= corrects && !own && !self.permitted.allows(&name_of(line, text)) && !self.profile.dialect.rtcp;
         if let Some((numbers, why)) = self.heaters.note(effect, self.zone, own) {
             self.say(Rule::Heat, numbers, || why);
         }
@@ -345,8 +345,34 @@ impl<'a> Checker<'a> {
         self.laid_top = Some((setup, before.max(z)));
     }
 
+    /// The linear axes of a machine whose head turns: at the end of a move, and all the way of a turn.
+    fn check_swivelled(&mut self, m: &TraceMove) {
+        let Some(head) = &self.table.head else { return };
+        let (from, to) = (self.trace.state_before(m).pose(), self.trace.state(m).pose());
+        let Some(([start, end], pose)) = m.ends().zip(to) else { return };
+        let axes = match from.filter(|_| self.trace.turns(m)) {
+            None => Bounds::of([head.axes(end, pose)]),
+            Some(from) => {
+                let words = [head.words(start, from), head.words(end, pose)];
+                let one = |words: Vec3| match (from.tilt == pose.tilt, from.rotation == pose.rotation) {
+                    (false, false) => head.axes_anywhere(words),
+                    _ => head.axes_while_turning(words, from, pose),
+                };
+                one(words[0]).union(&one(words[1]))
+            }
+        };
+        for corner in [axes.min, axes.max] {
+            if let Some(out) = self.limits.violation(&corner) {
+                let (low, high) = out.range;
+                return self.say(Rule::AxisLimit, [out.value, if out.value < low { low } else { high }], || out.to_string());
+            }
+        }
+    }
+
     fn check_limits(&mut self, m: &TraceMove) {
-        for i in 0..3 {
+        self.check_swivelled(m);
+        let turns_head = self.table.head.is_some();
+        for i in (0..3).filter(|_| !turns_head) {
             let (Some(value), low, high) = (m.to[i], self.limits.min[i], self.limits.max[i]) else { continue };
             // The other coordinates are taken from inside, so that only this one is judged.
             let mut probe = (self.limits.min + self.limits.max) * 0.5;
@@ -473,6 +499,11 @@ impl<'a> Checker<'a> {
 
     /// A firmware that moves what is laid by a correction of its own; once.
     fn check_corrected(&mut self) {
+        if self.corrections.must_follow() && self.zone == Zone::Prints && !std::mem::replace(&mut self.told_corrected, true) {
+            return self.say(Rule::Command, [0.0, 2.0], || {
+                "the firmware does not follow the tip here (G43.4), but X, Y and Z of this file are the tip's ([dialect] rtcp)".to_owned()
+            });
+        }
         let Some((what, &line)) = self.corrections.first() else { return };
         if self.zone != Zone::Prints || std::mem::replace(&mut self.told_corrected, true) {
             return;

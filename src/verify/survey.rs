@@ -14,10 +14,11 @@ use super::astray::{as_planned, is_astray};
 use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
+use super::swivelling::head_at;
 use super::walk::{LEVEL, strangers};
 use super::{Planned, ReplayJob};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
-use crate::planning::contact_mm;
+use crate::motion::Pose;
 
 /// Room beyond this is not told apart, mm: a greater one is nobody's worry.
 pub const SURVEYED_MM: f64 = 5.0;
@@ -42,14 +43,13 @@ pub struct HeadRoom {
 
 /// The rooms of a program's moves, in its order; moves of no print, and those at an unknown pose or one that is not the print's, have none.
 pub(super) fn survey(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) -> Vec<HeadRoom> {
-    let contact = contact_mm(job.profile);
     let of_print = |print: &Planned| {
         let level = (print.up - Vec3::z()).norm() < LEVEL;
         let touches_table = level && job.workpiece.model.on_table.contains(&print.part);
         (planned.iter().map(|other| other.part != print.part).collect(), !touches_table)
     };
     let mut surveyor = Surveyor {
-        head: job.profile.head_bodies().into_iter().map(|body| Hull::new(body, contact)).collect(),
+        head: head_at(job.profile, Pose::LEVEL),
         material: Material::new(job.profile.table_slab()),
         strangers: strangers(job, planned),
         others: planned.iter().map(of_print).collect(),
@@ -75,7 +75,7 @@ pub(super) fn survey(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) 
                 back.into_iter().for_each(|back| surveyor.material.lay(&stroke, back));
                 continue;
             }
-            surveyor.goes(m.index, &stroke, || table.forward(pose));
+            surveyor.goes(m.index, &stroke, || (table.forward(pose), table.head.is_some().then(|| head_at(job.profile, pose))));
         }
     }
     surveyor.leave();
@@ -115,13 +115,14 @@ struct Surveyor {
 }
 
 impl Surveyor {
-    fn goes(&mut self, index: usize, stroke: &Stroke, motion: impl FnOnce() -> Rigid<Table, Machine>) {
+    fn goes(&mut self, index: usize, stroke: &Stroke, posed: impl FnOnce() -> (Rigid<Table, Machine>, Option<Vec<Hull>>)) {
         if stroke.print != self.print || self.run.len() >= LONGEST_RUN {
             self.look();
             self.print = stroke.print;
         }
         let setup = self.setup.get_or_insert_with(|| {
-            let motion = motion();
+            let (motion, head) = posed();
+            self.head = head.unwrap_or_else(|| std::mem::take(&mut self.head));
             Setup { near: Near::new(motion, &self.material, self.head.len()), back: motion.inverse() }
         });
         if stroke.print.is_some() {

@@ -15,7 +15,7 @@ use crate::motion::{Pose, TableKinematics};
 /// The least gap that counts as free, mm: it bounds the number of steps, and no machine is truer.
 pub(super) const ROOM_MM: f64 = 0.1;
 /// The longest step of the fastest point, mm; what the clearance given may fall short of the true one is half of it.
-const STEP_MM: f64 = 1.0;
+pub(super) const STEP_MM: f64 = 1.0;
 /// The head's upward reach, mm; beyond any machine.
 const UPWARD: f64 = 2000.0;
 
@@ -112,18 +112,18 @@ fn mix(a: Vec3, b: Vec3, share: f64) -> Vec3 {
 }
 
 /// What can meet during one turn.
-struct Scene<'a> {
-    machine: &'a Turning<'a>,
-    slab: &'a [Vec3],
-    spheres: &'a [Vec3],
-    radius: f64,
+pub(super) struct Scene<'a> {
+    pub(super) machine: &'a Turning<'a>,
+    pub(super) slab: &'a [Vec3],
+    pub(super) spheres: &'a [Vec3],
+    pub(super) radius: f64,
     /// Whether the head is near enough to matter.
-    heads: bool,
+    pub(super) heads: bool,
 }
 
 impl Scene<'_> {
     /// A lower bound of the gap at one pose, the tip anywhere in `tips`, up to `enough`; and the nearest piece.
-    fn gap(&self, pose: Pose, tips: &Bounds, enough: f64) -> (f64, &str) {
+    pub(super) fn gap(&self, pose: Pose, tips: &Bounds, enough: f64) -> (f64, &str) {
         let motion = self.machine.table.forward(pose);
         let slab: Vec<Vec3> = self.slab.iter().map(|&p| motion.point(p.into()).at).collect();
         let mut least = (enough, "");

@@ -21,10 +21,12 @@ use super::material::Material;
 use super::near::{Near, TipWay};
 use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, NearestApproach, Rule};
 use super::support::Laying;
+use super::swivelling::{Swivelling, head_at};
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{PIECE_MM, contact_mm};
+use crate::profile::Profile;
 use head::Run;
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
@@ -63,6 +65,7 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
         acts,
         planned,
         table: job.profile.kinematics(),
+        profile: job.profile,
         head: hulls(job.profile.head_bodies()),
         fixed: hulls(job.profile.fixed_bodies()),
         contact,
@@ -137,6 +140,8 @@ struct Walker<'a> {
     acts: &'a Acts<'a>,
     planned: &'a [Planned],
     table: TableKinematics,
+    profile: &'a Profile,
+    /// As the tool sees it at the pose that is set up.
     head: Vec<Hull>,
     fixed: Vec<Hull>,
     contact: f64,
@@ -317,8 +322,13 @@ impl Walker<'_> {
             return;
         }
         let cap = self.walked.clearance.max(ROOM_MM);
-        let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
-        let passage = turning.passage(turn, &mut self.material, cap);
+        let passage = match Swivelling::of(self.profile, &self.table) {
+            Some(swivelling) => swivelling.passage(turn, &mut self.material, cap),
+            None => {
+                let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
+                turning.passage(turn, &mut self.material, cap)
+            }
+        };
         let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
@@ -375,6 +385,9 @@ impl Walker<'_> {
             return;
         }
         let motion = self.table.forward(pose);
+        if self.table.head.is_some() {
+            self.head = head_at(self.profile, pose);
+        }
         let trace = self.acts.trace;
         let here = (from..trace.len()).map(|i| trace.at(i));
         let here = here.take_while(|m| m.index == from || !trace.has_new_pose(m));
@@ -457,8 +470,13 @@ impl Walker<'_> {
 
     /// A move at an unknown pose must be above everything at whatever pose.
     fn over_the_ball(&mut self, blind: &Blind) {
-        let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
-        let room = turning.lowest(blind.within.min.z) - turning.ball_top(&self.material);
+        let room = match Swivelling::of(self.profile, &self.table) {
+            Some(swivelling) => swivelling.room_anywhere(blind.within.min.z, &self.material),
+            None => {
+                let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
+                turning.lowest(blind.within.min.z) - turning.ball_top(&self.material)
+            }
+        };
         if room < 0.0 {
             let at = self.place(blind.line);
             self.walked.findings.add(Rule::HeadCollision, at, [room, 0.0], || {

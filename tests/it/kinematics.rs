@@ -15,7 +15,7 @@ use crate::support::Numbers;
 const CLOSE: f64 = 1e-9;
 
 fn axis(letter: u8, direction: f64, zero_deg: f64) -> AxisRange {
-    AxisRange { letter, direction, zero: Angle::from_deg(zero_deg), range: None, max_rate: 1.0 }
+    AxisRange { letter, direction, zero: Angle::from_deg(zero_deg), range: None, max_rate: 1.0, absent: false }
 }
 
 /// The chain with pivot and offset of LinuxCNC's numbers, and one direction for each axis.
@@ -27,6 +27,7 @@ fn chain(about: TiltAbout, r: [f64; 3], d: [f64; 3], directions: [f64; 2]) -> Ta
         tilt: axis(if about == TiltAbout::X { b'A' } else { b'B' }, directions[0], 0.0),
         rotation: axis(b'C', directions[1], 0.0),
         misaligned: None,
+        head: None,
     }
 }
 
@@ -326,6 +327,7 @@ fn poses_worked_out_on_paper_agree() {
             tilt: axis(b'A', 1.0, 0.0),
             rotation: axis(b'C', 1.0, 0.0),
             misaligned: None,
+        head: None,
         };
         let got = table.forward(Pose::from_deg(pose.tilt, pose.rotation)).point(Point::from(Vec3::from(pose.table)));
         assert_close(&got.at, pose.machine, &format!("row {row}"));

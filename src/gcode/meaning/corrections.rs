@@ -95,13 +95,20 @@ fn by_name(firmware: Firmware, text: &[u8]) -> Option<(Correction, bool)> {
 #[derive(Clone, Debug)]
 pub struct Corrections<L> {
     firmware: Firmware,
+    /// Whether the firmware is to follow the tip.
+    follows: bool,
     on: [Option<L>; 2],
 }
 
 impl<L: Clone> Corrections<L> {
-    /// With none on.
-    pub fn none(firmware: Firmware) -> Self {
-        Self { firmware, on: [None, None] }
+    /// With none on; `follows` where the firmware is to follow the tip, because X, Y and Z are the tip's.
+    pub fn none(firmware: Firmware, follows: bool) -> Self {
+        Self { firmware, follows, on: [None, None] }
+    }
+
+    /// Whether the firmware is to follow the tip and does not.
+    pub fn must_follow(&self) -> bool {
+        self.follows && self.on[Correction::TipFollowing as usize].is_none()
     }
 
     /// Takes a line that is to be named as `at`; gives back what it switched, and whether on.
@@ -111,10 +118,11 @@ impl<L: Clone> Corrections<L> {
         Some((correction, on))
     }
 
-    /// The first that is on, with its line.
+    /// The first that is on and must not be, with its line.
     pub fn first(&self) -> Option<(Correction, &L)> {
         let all = [Correction::TipFollowing, Correction::BedMesh];
-        all.into_iter().zip(&self.on).find_map(|(correction, at)| Some((correction, at.as_ref()?)))
+        let all = all.into_iter().zip(&self.on).skip(usize::from(self.follows));
+        all.into_iter().find_map(|(correction, at)| Some((correction, at.as_ref()?)))
     }
 }
 
@@ -172,7 +180,7 @@ mod tests {
 
     #[test]
     fn what_is_on_has_the_line_that_switched_it() {
-        let mut on = Corrections::none(Firmware::Marlin);
+        let mut on = Corrections::none(Firmware::Marlin, false);
         let mut line = ParsedLine::default();
         for (at, text) in ["M420 S1", "G43.4", "G49"].into_iter().enumerate() {
             line.read(text.as_bytes()).unwrap();

@@ -43,6 +43,7 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
     Retreat {
         axes: [table.tilt, table.rotation],
         z_max_mm: profile.limits.z_mm[1],
+        head: table.head.map(|head| (head, profile.linear_limits())),
         lift_mm: link.lift_mm,
         retract_mm: transition.retract_mm,
         retract_feed: transition.retract_mm_per_s * 60.0,
@@ -85,6 +86,7 @@ pub(crate) fn model(profile: &Profile) -> Result<MachineModel, PrinterError> {
         axes: [table.tilt, table.rotation],
         home_mm: [limits.min.x, limits.min.y, limits.max.z],
         limits,
+        head: table.head,
         rates: profile.trace_setting().rates,
         accelerations: profile.accelerations(),
         coldest_extrusion_c: if heated { 170.0 } else { 0.0 },

@@ -5,11 +5,11 @@ use std::time::Duration;
 use super::Time;
 use super::heat::HeatedMass;
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{self, Effect, Firmware, Hazard, TipAcceleration};
+use crate::gcode::meaning::{self, Correction, Effect, Firmware, Hazard, TipAcceleration, correction};
 use crate::geom::Angle;
 use crate::motion::lookahead::LookAhead;
 use crate::motion::replay::{Controller, Move, Position, Reading, Step};
-use crate::motion::{Accelerations, Axes, AxisRange, LinearLimits};
+use crate::motion::{Accelerations, Axes, AxisRange, LinearLimits, Pose, SwivelHead, SwivelWords};
 use crate::trace::Rates;
 
 /// The machine that is simulated.
@@ -19,8 +19,10 @@ pub struct MachineModel {
     pub reading: Reading,
     /// The table's axes: tilt, rotation.
     pub axes: [AxisRange; 2],
-    /// Where the tip may go.
+    /// Where the linear axes may go.
     pub limits: LinearLimits,
+    /// The head, where it turns.
+    pub head: Option<SwivelHead>,
     /// Where homing leaves X, Y and Z, mm.
     pub home_mm: [f64; 3],
     /// The axes' fastest.
@@ -80,6 +82,8 @@ pub(super) struct SimMachine {
     pub(super) clamps: bool,
     pub(super) clamped: u32,
     firmware: Firmware,
+    /// Whether it follows the tip (G43.4).
+    follows: bool,
 }
 
 /// A homing move is this slow at least.
@@ -104,6 +108,7 @@ impl SimMachine {
             clamps,
             clamped: 0,
             firmware,
+            follows: false,
         }
     }
 
@@ -141,6 +146,9 @@ impl SimMachine {
             Ok(Step::Move(m)) => self.make_move(now, &m, before),
             Ok(Step::Effect(effect)) => {
                 self.acceleration.take(self.firmware, line);
+                if let Some((Correction::TipFollowing, on)) = correction(self.firmware, line) {
+                    self.follows = on;
+                }
                 self.other(now, effect, line, before)
             }
             Ok(_) => Took::Done,
@@ -203,12 +211,24 @@ impl SimMachine {
         if !self.homed {
             return false;
         }
-        let tip = crate::geom::Vec3::new(to[0], to[1], to[2]);
+        let axes = self.axes(crate::geom::Vec3::new(to[0], to[1], to[2]), to);
         let outside = |i: usize| {
             let axis = &self.model.axes[i];
             !axis.admits(axis.angle_of(Angle::from_deg(to[3 + i])))
         };
-        self.model.limits.violation(&tip).is_some() || outside(0) || outside(1)
+        self.model.limits.violation(&axes).is_some() || outside(0) || outside(1)
+    }
+
+    /// Where the linear axes go for these words: with a head whose tip the firmware follows, elsewhere.
+    fn axes(&self, words: crate::geom::Vec3, to: &Axes) -> crate::geom::Vec3 {
+        match &self.model.head {
+            Some(head) if head.words == SwivelWords::Tip && self.follows => {
+                let angle = |i: usize| self.model.axes[i].angle_of(Angle::from_deg(to[3 + i]));
+                let pose = Pose { tilt: angle(0), rotation: angle(1) };
+                head.axes(head.tip(words, pose), pose)
+            }
+            _ => words,
+        }
     }
 
     fn cut(&mut self, m: &Move) {

@@ -12,7 +12,7 @@ use trunnion::trace::{FeedCount, Rates, TraceSetting};
 
 fn axis(letter: u8, range: Option<(f64, f64)>) -> AxisRange {
     let range = range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high)));
-    AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range, max_rate: 0.5 }
+    AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range, max_rate: 0.5, absent: false }
 }
 
 const ACCELERATIONS: Accelerations =
@@ -34,6 +34,7 @@ fn rates() -> Rates {
 
 pub(super) fn model() -> MachineModel {
     MachineModel {
+        head: None,
         reading: reading(),
         axes: axes(),
         limits: LinearLimits { min: Vec3::new(-150.0, -150.0, -50.0), max: Vec3::new(150.0, 150.0, 300.0) },
@@ -50,6 +51,7 @@ pub(super) fn retreat() -> Retreat {
     Retreat {
         axes: axes(),
         z_max_mm: 300.0,
+        head: None,
         lift_mm: 20.0,
         retract_mm: 2.0,
         retract_feed: 2100.0,

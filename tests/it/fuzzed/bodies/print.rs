@@ -31,6 +31,7 @@ fn print(profile: &'static Profile) -> Option<Print> {
     let retreat = Retreat {
         axes,
         z_max_mm: profile.limits.z_mm[1],
+        head: None,
         lift_mm: link.lift_mm,
         retract_mm: transition.retract_mm,
         retract_feed: transition.retract_mm_per_s * 60.0,
@@ -67,6 +68,7 @@ fn text([tilt, rotation]: [char; 2], extruder: char) -> String {
 pub(super) fn model(profile: &Profile) -> MachineModel {
     let (table, limits) = (profile.kinematics(), profile.linear_limits());
     MachineModel {
+        head: None,
         reading: profile.reading(),
         axes: [table.tilt, table.rotation],
         home_mm: [limits.min.x, limits.min.y, limits.max.z],
