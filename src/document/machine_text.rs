@@ -42,12 +42,19 @@ pub fn checked(machine: &CheckedProfile) -> String {
     };
     let top = profile.limits.z_mm[1];
     let room = top - machine.sweeps_to_mm;
-    let _ = writeln!(
-        out,
-        "while the table turns, the bare table sweeps up to Z {:.1}; the tip's highest position (Z {top}) is {}",
-        machine.sweeps_to_mm,
-        if room >= 0.0 { format!("{room:.1} mm above that") } else { format!("{:.1} mm below that", -room) }
-    );
+    let _ = match profile.kinematics().head {
+        Some(_) => writeln!(
+            out,
+            "leaning as far as it can, the head reaches down to the bare table with Z at {:.1}; its highest position is Z {top}",
+            machine.sweeps_to_mm
+        ),
+        None => writeln!(
+            out,
+            "while the table turns, the bare table sweeps up to Z {:.1}; the tip's highest position (Z {top}) is {}",
+            machine.sweeps_to_mm,
+            if room >= 0.0 { format!("{room:.1} mm above that") } else { format!("{:.1} mm below that", -room) }
+        ),
+    };
     if machine.axes_off_deg != [0.0; 2] {
         let ([tilt, rotation], k) = (machine.axes_off_deg, &profile.kinematics);
         let about = if profile.kinematics().about == TiltAbout::X { 'X' } else { 'Y' };

@@ -6,7 +6,7 @@ use super::planned;
 use crate::gcode::round_to;
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::job::{MOST_LOOKED_AT, PoseShown, PreviewResult};
-use crate::motion::AxisRange;
+use crate::motion::{AxisRange, SwivelHead};
 use crate::planning::Plan;
 use crate::trace::Zone;
 use crate::verify::SURVEYED_MM;
@@ -97,7 +97,9 @@ pub fn drawn_machine(name: &str, machine: &DrawnMachine) -> Value {
     let directions = kinematics.directions();
     let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "along": numbers(along)});
     let pieces = |all: &[DrawnBody]| -> Vec<Value> {
-        all.iter().map(|p| json!({"name": p.name, "follows": p.follows, "hull": hull(&p.hull)})).collect()
+        all.iter()
+            .map(|p| json!({"name": p.name, "follows": p.follows, "stays": p.stays, "hull": hull(&p.hull)}))
+            .collect()
     };
     json!({
         "name": name,
@@ -105,10 +107,21 @@ pub fn drawn_machine(name: &str, machine: &DrawnMachine) -> Value {
         "rotation": axis(&kinematics.rotation, &directions.rotation),
         "pivot": numbers(&kinematics.pivot),
         "offset": numbers(&kinematics.offset),
+        "swivel": kinematics.head.as_ref().map(swivel),
         "limits": [numbers(&machine.limits.min), numbers(&machine.limits.max)],
         "table": hull(&machine.table),
         "head": pieces(&machine.head),
         "frame": pieces(&machine.frame),
+    })
+}
+
+/// What turns the head, for drawing: see `motion::SwivelHead`.
+fn swivel(head: &SwivelHead) -> Value {
+    json!({
+        "yaws": head.yaws,
+        "tilt_from_tip": numbers(&head.tilt_from_tip),
+        "rotation_from_tip": numbers(&head.rotation_from_tip),
+        "table": numbers(&head.table),
     })
 }
 

@@ -30,7 +30,12 @@ impl Body {
                 Vec3::new(r * grow * angle.cos(), r * grow * angle.sin(), z)
             })
         };
-        Self { name: name.to_owned(), points: ring(z[0], r[0]).chain(ring(z[1], r[1])).collect(), follows, stays: false }
+        Self {
+            name: name.to_owned(),
+            points: ring(z[0], r[0]).chain(ring(z[1], r[1])).collect(),
+            follows,
+            stays: false,
+        }
     }
 
     /// A box from `min` to `max`.

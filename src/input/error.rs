@@ -86,6 +86,15 @@ pub enum InputError {
     /// A plan that is none, or is stale.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// A machine whose table does not both tilt and turn, for something that only a table's axes have.
+    #[error(
+        "profile {profile}: the axes of a head, and of a machine with one rotary axis, are neither jogged, calibrated nor rehearsed yet; measure \
+         from_tip_mm, pivot_mm and offset_mm by hand"
+    )]
+    Chain {
+        /// The profile.
+        profile: String,
+    },
 }
 
 /// Why a profile cannot extend what it names.

@@ -206,6 +206,16 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
     Ok(LoadedProfile { profile, origin, name, sha256, path })
 }
 
+/// The same of a machine whose table tilts and turns.
+///
+/// # Errors
+///
+/// [`InputError::Chain`] for any other chain, and those of [`load_profile`].
+pub fn load_table(from: &MachineSource, world: &World<'_>) -> Result<LoadedProfile, InputError> {
+    let loaded = load_profile(from, world)?;
+    if loaded.profile.kinematics().is_table() { Ok(loaded) } else { Err(InputError::Chain { profile: loaded.name }) }
+}
+
 /// The user's own profile of that name; a shipped one of the same name goes first.
 fn own_file(name: &str, world: &World<'_>) -> Option<PathBuf> {
     let path = world.files.own_profiles()?.join(format!("{name}.toml"));

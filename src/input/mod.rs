@@ -31,7 +31,7 @@ mod source;
 
 pub use error::{BadExtends, InputError};
 pub use load::{
-    CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, own_profiles,
+    CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, load_table, own_profiles,
 };
 pub(crate) use load::{load_aloud, load_unposed, read_quietly, spanning, tell};
 pub(crate) use process::{process, process_of};

@@ -76,7 +76,9 @@ impl Place {
     /// The place of a pause that was reached before `block`: above the part.
     pub fn above(state: &MachineState, retreat: &Retreat, block: u32) -> Self {
         let mut words = retreat.words(state);
-        for (letter, value) in retreat.lifted(&state.at).into_iter().flat_map(|lifted| [b'X', b'Y', b'Z'].into_iter().zip(lifted)) {
+        for (letter, value) in
+            retreat.lifted(&state.at).into_iter().flat_map(|lifted| [b'X', b'Y', b'Z'].into_iter().zip(lifted))
+        {
             let stated = words.iter_mut().find(|(known, _)| *known == letter);
             if let (Some((_, word)), Some(value)) = (stated, value) {
                 *word = value;

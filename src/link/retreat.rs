@@ -10,8 +10,8 @@ use super::state::MachineState;
 use crate::gcode::meaning::ManualStepper;
 use crate::gcode::push_fixed;
 use crate::geom::{Angle, Vec3};
-use crate::motion::{AxisRange, LinearLimits, SwivelHead};
 use crate::motion::replay::Position;
+use crate::motion::{AxisRange, LinearLimits, SwivelHead};
 
 /// What becomes of the heaters when a print is stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,7 +201,8 @@ impl Retreat {
                 None => format!("G1{}{}F{}", char::from(axis.letter), number(word), number((rate * 60.0).floor())),
             })
         };
-        let turns = [(1, state.at.rotation), (0, state.at.tilt)].into_iter().filter(|(which, _)| !self.axes[*which].absent);
+        let turns =
+            [(1, state.at.rotation), (0, state.at.tilt)].into_iter().filter(|(which, _)| !self.axes[*which].absent);
         let turns: Vec<String> = turns.filter_map(|(which, angle)| line(which, angle)).collect();
         if turns.is_empty() {
             return turns;

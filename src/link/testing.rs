@@ -26,6 +26,7 @@ pub(super) fn setting() -> TraceSetting {
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
     TraceSetting {
+        swivel: None,
         reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() },
         rates,
         accelerations: AT_ONCE,

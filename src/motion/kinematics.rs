@@ -148,6 +148,11 @@ impl TableKinematics {
         Rigid::new(head.turn(pose) * forward.rotation, head.axes(forward.translation, pose))
     }
 
+    /// Whether both axes turn the table.
+    pub fn is_table(&self) -> bool {
+        self.head.is_none() && !self.tilt.absent && !self.rotation.absent
+    }
+
     /// The room's upward direction at `pose`, frame `Machine`: against gravity.
     pub fn upward(&self, pose: Pose) -> Vec3 {
         self.head.as_ref().map_or_else(Vec3::z, |head| head.upward(pose))

@@ -66,7 +66,8 @@ impl Reading {
     /// A machine of which nothing is known but what cannot move.
     fn unknown(&self) -> Position {
         let angle = |axis: &AxisRange| axis.absent.then_some(Angle::ZERO);
-        let [tilt, rotation] = self.rotary.as_ref().map_or([None; 2], |(tilt, rotation)| [angle(tilt), angle(rotation)]);
+        let [tilt, rotation] =
+            self.rotary.as_ref().map_or([None; 2], |(tilt, rotation)| [angle(tilt), angle(rotation)]);
         Position { tilt, rotation, ..Position::default() }
     }
 }

@@ -253,7 +253,8 @@ mod tests {
             };
             let axis = if head.about == TiltAbout::X { Vector3::x() } else { Vector3::y() };
             let yaw = if head.yaws { -pose.rotation.rad() } else { 0.0 };
-            let hangs = about(Vector3::z(), yaw, head.rotation_from_tip) * about(axis, -pose.tilt.rad(), head.tilt_from_tip);
+            let hangs =
+                about(Vector3::z(), yaw, head.rotation_from_tip) * about(axis, -pose.tilt.rad(), head.tilt_from_tip);
             let tip = hangs.transform_point(&nalgebra::Point3::origin()).coords;
             let axes = SwivelHead { words: SwivelWords::Axes, ..head.clone() };
             assert!((axes.in_room(words, pose) - words - tip).norm() < 1e-10, "{head:?} {pose:?}");
@@ -270,7 +271,11 @@ mod tests {
             let (head, from, words) = (any_head(&mut numbers), any_pose(&mut numbers), any_point(&mut numbers));
             for tilts in [true, false] {
                 let by = Angle::from_deg(70.0);
-                let to = if tilts { Pose { tilt: from.tilt + by, ..from } } else { Pose { rotation: from.rotation + by, ..from } };
+                let to = if tilts {
+                    Pose { tilt: from.tilt + by, ..from }
+                } else {
+                    Pose { rotation: from.rotation + by, ..from }
+                };
                 let centre = head.centre(words, from, tilts);
                 // Fixed in the room, it keeps its distance from the tip.
                 let distance = |pose| (head.in_room(words, pose) - centre).norm();
@@ -278,7 +283,15 @@ mod tests {
                 // And so it does seen from the tool: the head turns about it.
                 if tilts || head.yaws {
                     let seen = |pose| head.turn(pose).transpose() * (centre - head.in_room(words, pose));
-                    let along = |v: Vec3| if !tilts { 0.0 } else if head.about == TiltAbout::X { v.x } else { v.y };
+                    let along = |v: Vec3| {
+                        if !tilts {
+                            0.0
+                        } else if head.about == TiltAbout::X {
+                            v.x
+                        } else {
+                            v.y
+                        }
+                    };
                     assert!((along(seen(from)) - along(seen(to))).abs() < 1e-9);
                 }
             }
@@ -298,7 +311,10 @@ mod tests {
             let mut seen = Bounds::EMPTY;
             for k in 0..=steps {
                 let share = f64::from(k) / f64::from(steps);
-                let pose = Pose { tilt: from.tilt + (to.tilt - from.tilt) * share, rotation: from.rotation + (to.rotation - from.rotation) * share };
+                let pose = Pose {
+                    tilt: from.tilt + (to.tilt - from.tilt) * share,
+                    rotation: from.rotation + (to.rotation - from.rotation) * share,
+                };
                 seen.add(match head.words {
                     SwivelWords::Axes => words,
                     SwivelWords::Tip => words - head.lever(pose),

@@ -30,7 +30,10 @@ impl Obstacle {
     /// The piece of the head that comes too near while it prints `part` at `pose`.
     pub fn met_by(&self, part: &TriangleMesh<Table>, pose: Pose) -> Option<String> {
         let motion = self.table.forward(pose);
-        self.head.at(pose).offence(&motion, &Solid::of(part), &self.solid, &self.owed, 0.0).map(|clearance| clearance.piece)
+        self.head
+            .at(pose)
+            .offence(&motion, &Solid::of(part), &self.solid, &self.owed, 0.0)
+            .map(|clearance| clearance.piece)
     }
 }
 

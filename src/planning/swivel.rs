@@ -81,7 +81,14 @@ impl<'a> SwivelRoute<'a> {
     }
 
     /// What the head cannot do on the way to a print of `part` at `to` while the others stand, in words.
-    pub(super) fn stopped(&self, table: &TableKinematics, part: &Solid, standing: &[&Solid], from: Option<Pose>, to: Pose) -> Option<String> {
+    pub(super) fn stopped(
+        &self,
+        table: &TableKinematics,
+        part: &Solid,
+        standing: &[&Solid],
+        from: Option<Pose>,
+        to: Pose,
+    ) -> Option<String> {
         let top = |solids: &[&Solid]| {
             let points = solids.iter().flat_map(|solid| solid.points());
             points.map(|p| p.z).fold(0.0, f64::max)
@@ -104,8 +111,9 @@ impl<'a> SwivelRoute<'a> {
         let beyond = standing.iter().map(|solid| along(solid)).fold(reached.max.z, f64::max) + self.clearance_mm;
         let corners = Bounds { min: Vec3::new(reached.min.x, reached.min.y, reached.max.z), ..reached }.corners();
         let z = z.max(self.height(top(&[standing, &[part]].concat()), Some(to), to));
-        corners.iter().find_map(|&corner| self.leaving_stops(corner, beyond, to, z)).map(|out| {
-            format!("on the way out along the tool, {out}")
-        })
+        corners
+            .iter()
+            .find_map(|&corner| self.leaving_stops(corner, beyond, to, z))
+            .map(|out| format!("on the way out along the tool, {out}"))
     }
 }

@@ -6,8 +6,8 @@ use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
 use crate::motion::{
-    Accelerations, AxisDirections, AxisRange, LinearLimits, MOST_LEAN_DEG, Pose, SwivelHead, SwivelWords, TableKinematics,
-    TiltAbout,
+    Accelerations, AxisDirections, AxisRange, LinearLimits, MOST_LEAN_DEG, Pose, SwivelHead, SwivelWords,
+    TableKinematics, TiltAbout,
 };
 use crate::spelling::nearest;
 use crate::trace::{self, FeedCount, Rates};
@@ -38,7 +38,8 @@ impl Profile {
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
         let degrees = |low: f64, high: f64| (Angle::from_deg(low), Angle::from_deg(high));
         // What turns the head right-handed turns the table below it the other way.
-        let below = |direction: i32, turns: AxisTurns| f64::from(if turns == AxisTurns::Head { -direction } else { direction });
+        let below =
+            |direction: i32, turns: AxisTurns| f64::from(if turns == AxisTurns::Head { -direction } else { direction });
         let head = self.swivel();
         let [pivot, offset] = match &head {
             Some(_) => [Vec3::zeros(); 2],
@@ -158,7 +159,12 @@ impl Profile {
             rapid_is_free: self.dialect.commands == Commands::Rs274,
             axes: [axis(&table.tilt), axis(&table.rotation)],
         };
-        trace::TraceSetting { reading: self.reading(), rates, accelerations: self.accelerations(), swivel: self.swivel() }
+        trace::TraceSetting {
+            reading: self.reading(),
+            rates,
+            accelerations: self.accelerations(),
+            swivel: self.swivel(),
+        }
     }
 
     /// How fast its axes' speeds change.
@@ -213,7 +219,8 @@ impl Profile {
         let limits = self.linear_limits();
         for axis in (0..3).filter(|&axis| !body.follows[axis]) {
             let ends = [limits.min[axis], limits.max[axis]];
-            let from_the_tip = |p: &Vec3| ends.map(|end| Vec3::from_fn(|i, _| if i == axis { p[i] - end } else { p[i] }));
+            let from_the_tip =
+                |p: &Vec3| ends.map(|end| Vec3::from_fn(|i, _| if i == axis { p[i] - end } else { p[i] }));
             points = points.iter().flat_map(from_the_tip).collect();
         }
         if body.follows[2] {
@@ -361,7 +368,9 @@ impl Profile {
         let given = |at: Option<[f64; 3]>| at.map_or_else(|| "absent".to_owned(), |at| format!("{at:?}"));
         let placed = |turns: AxisTurns, at: Option<[f64; 3]>| at.is_some() == (turns == AxisTurns::Head);
         let allowed = |turns: AxisTurns| match turns {
-            AxisTurns::Head => "[x, y, z] from the tip to a point on the axis while the tool is upright, since the axis turns the head",
+            AxisTurns::Head => {
+                "[x, y, z] from the tip to a point on the axis while the tool is upright, since the axis turns the head"
+            }
             _ => "absent: the axis does not turn the head (turns)",
         };
         let turning = |bodies: &[BodySpec]| bodies.iter().find(|body| !body.turns).map(|body| body.name.clone());
@@ -381,7 +390,12 @@ impl Profile {
                 said(tilt.turns),
                 "\"table\" or \"head\" where there is no rotation axis either",
             ),
-            ("kinematics.tilt.from_tip_mm", placed(tilt.turns, tilt.from_tip_mm), given(tilt.from_tip_mm), allowed(tilt.turns)),
+            (
+                "kinematics.tilt.from_tip_mm",
+                placed(tilt.turns, tilt.from_tip_mm),
+                given(tilt.from_tip_mm),
+                allowed(tilt.turns),
+            ),
             (
                 "kinematics.rotation.from_tip_mm",
                 placed(rotation.turns, rotation.from_tip_mm),
@@ -394,7 +408,12 @@ impl Profile {
                 self.dialect.rtcp.to_string(),
                 "false unless both axes turn the head: trunnion computes the poses of a table itself",
             ),
-            ("kinematics.tilt.along", square || !head, "given".to_owned(), "absent where the head tilts: its axes are taken as square"),
+            (
+                "kinematics.tilt.along",
+                square || !head,
+                "given".to_owned(),
+                "absent where the head tilts: its axes are taken as square",
+            ),
             (
                 "fixed.body",
                 !head || self.fixed.body.is_empty(),
@@ -407,8 +426,18 @@ impl Profile {
                 format!("turns = false of {:?}", stays.unwrap_or_default()),
                 "turns = true: this head does not turn",
             ),
-            ("transition.park_mm", !head || self.transition.park_mm.is_none(), "given".to_owned(), "absent where the head tilts"),
-            ("link.rehome", !head || self.link.rehome.is_empty(), "given".to_owned(), "empty where the head tilts: its way back into a print is not worked out"),
+            (
+                "transition.park_mm",
+                !head || self.transition.park_mm.is_none(),
+                "given".to_owned(),
+                "absent where the head tilts",
+            ),
+            (
+                "link.rehome",
+                !head || self.link.rehome.is_empty(),
+                "given".to_owned(),
+                "empty where the head tilts: its way back into a print is not worked out",
+            ),
             (
                 "kinematics.tilt.holding_nm",
                 tilt.holding_nm.is_none() || tilt.turns == AxisTurns::Table,

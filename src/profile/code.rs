@@ -173,7 +173,11 @@ impl Profile {
                 return Err((line.to_owned(), from_the_start("before this line, put")));
             }
             if moves && corrections.must_follow() && letters.iter().any(|&letter| parsed.value(letter).is_some()) {
-                return Err((line.to_owned(), "the head turns while the firmware does not yet follow the tip; put G43.4 before this line".to_owned()));
+                return Err((
+                    line.to_owned(),
+                    "the head turns while the firmware does not yet follow the tip; put G43.4 before this line"
+                        .to_owned(),
+                ));
             }
         }
         if corrections.must_follow() && !code.trim().is_empty() {

@@ -50,7 +50,8 @@ pub use prime::{Prime, prime};
 pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
-    AxisTurns, BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link,
-    MachineInfo, OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+    AxisTurns, BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits,
+    Link, MachineInfo, OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName,
+    Transition,
 };
 pub use sight::Sight;

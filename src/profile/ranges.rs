@@ -20,10 +20,11 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 98] = [
+const RANGES: [(&str, RangeInclusive<f64>); 100] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.along", -2.0..=2.0),
+    ("kinematics.tilt.from_tip_mm", -1e3..=1e3),
     ("kinematics.tilt.direction", -1.0..=1.0),
     ("kinematics.tilt.zero_deg", -360.0..=360.0),
     ("kinematics.tilt.min_deg", -180.0..=180.0),
@@ -31,6 +32,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 98] = [
     ("kinematics.tilt.max_deg_per_s", 0.01..=1e4),
     ("kinematics.tilt.holding_nm", 1e-3..=1e4),
     ("kinematics.rotation.along", -2.0..=2.0),
+    ("kinematics.rotation.from_tip_mm", -1e3..=1e3),
     ("kinematics.rotation.direction", -1.0..=1.0),
     ("kinematics.rotation.zero_deg", -36e3..=36e3),
     ("kinematics.rotation.min_deg", -1e7..=1e7),

@@ -595,7 +595,9 @@ impl<'a> Writer<'a> {
             return;
         }
         match &step.arc {
-            Some(arc) if self.job.profile.dialect.arcs && self.route.is_none() => self.out.go_round(to, arc, e, feed, comment),
+            Some(arc) if self.job.profile.dialect.arcs && self.route.is_none() => {
+                self.out.go_round(to, arc, e, feed, comment)
+            }
             Some(arc) => {
                 let points = flatten(from, to, arc, CHORD_MM);
                 let share = e / points.len() as f64;

@@ -9,8 +9,8 @@ use crate::gcode::marks::{Hint, Mark, Role, Totals, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
 use crate::geom::Vec3;
-use crate::motion::{Pose, SwivelHead};
 use crate::motion::replay::{Move, Position};
+use crate::motion::{Pose, SwivelHead};
 
 /// The program in `bytes`, as the machine of `setting` would carry it out.
 ///

@@ -11,7 +11,7 @@ use crate::motion::{Accelerations, AxisRange};
 fn setting() -> TraceSetting {
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
-    TraceSetting { reading: Reading::sliced(), rates, accelerations: AT_ONCE }
+    TraceSetting { reading: Reading::sliced(), rates, accelerations: AT_ONCE, swivel: None }
 }
 
 fn trace(text: &str) -> super::Trace {
@@ -97,7 +97,8 @@ fn everything_else_is_an_event_before_the_move_that_follows() {
 #[test]
 fn the_clock_knows_accelerations_corners_and_stops() {
     let accelerations = Accelerations { axes: [1000.0, 1000.0, 200.0, 100.0, 100.0, 1000.0], junction_mm: 0.01 };
-    let axis = |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0, absent: false };
+    let axis =
+        |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0, absent: false };
     let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
     let seconds = |text: &str| {
         let setting = TraceSetting { reading: reading.clone(), accelerations, ..setting() };

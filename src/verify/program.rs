@@ -266,7 +266,8 @@ impl<'a> Checker<'a> {
         let own = self.permitted.owns(self.zone, text);
         let corrects = self.corrections.note(line, &self.line).is_some_and(|(_, on)| on);
         // What must not stand there is a finding already.
-        self.told_corrected |= corrects && !own && !self.permitted.allows(&name_of(line, text)) && !self.profile.dialect.rtcp;
+        self.told_corrected |=
+            corrects && !own && !self.permitted.allows(&name_of(line, text)) && !self.profile.dialect.rtcp;
         if let Some((numbers, why)) = self.heaters.note(effect, self.zone, own) {
             self.say(Rule::Heat, numbers, || why);
         }
@@ -364,7 +365,8 @@ impl<'a> Checker<'a> {
         for corner in [axes.min, axes.max] {
             if let Some(out) = self.limits.violation(&corner) {
                 let (low, high) = out.range;
-                return self.say(Rule::AxisLimit, [out.value, if out.value < low { low } else { high }], || out.to_string());
+                return self
+                    .say(Rule::AxisLimit, [out.value, if out.value < low { low } else { high }], || out.to_string());
             }
         }
     }
@@ -499,7 +501,10 @@ impl<'a> Checker<'a> {
 
     /// A firmware that moves what is laid by a correction of its own; once.
     fn check_corrected(&mut self) {
-        if self.corrections.must_follow() && self.zone == Zone::Prints && !std::mem::replace(&mut self.told_corrected, true) {
+        if self.corrections.must_follow()
+            && self.zone == Zone::Prints
+            && !std::mem::replace(&mut self.told_corrected, true)
+        {
             return self.say(Rule::Command, [0.0, 2.0], || {
                 "the firmware does not follow the tip here (G43.4), but X, Y and Z of this file are the tip's ([dialect] rtcp)".to_owned()
             });

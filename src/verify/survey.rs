@@ -75,7 +75,9 @@ pub(super) fn survey(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) 
                 back.into_iter().for_each(|back| surveyor.material.lay(&stroke, back));
                 continue;
             }
-            surveyor.goes(m.index, &stroke, || (table.forward(pose), table.head.is_some().then(|| head_at(job.profile, pose))));
+            surveyor.goes(m.index, &stroke, || {
+                (table.forward(pose), table.head.is_some().then(|| head_at(job.profile, pose)))
+            });
         }
     }
     surveyor.leave();
@@ -115,7 +117,12 @@ struct Surveyor {
 }
 
 impl Surveyor {
-    fn goes(&mut self, index: usize, stroke: &Stroke, posed: impl FnOnce() -> (Rigid<Table, Machine>, Option<Vec<Hull>>)) {
+    fn goes(
+        &mut self,
+        index: usize,
+        stroke: &Stroke,
+        posed: impl FnOnce() -> (Rigid<Table, Machine>, Option<Vec<Hull>>),
+    ) {
         if stroke.print != self.print || self.run.len() >= LONGEST_RUN {
             self.look();
             self.print = stroke.print;

@@ -554,6 +554,7 @@ fn the_frame_against_what_turns() {
     use crate::profile::{BodyKind, BodySpec};
     let mut profile = profile();
     let body = |min_mm, max_mm| BodySpec {
+        turns: true,
         name: "beam".to_owned(),
         kind: BodyKind::Box,
         min_mm: Some(min_mm),

@@ -11,6 +11,8 @@ pub struct DrawnBody {
     pub name: String,
     /// Whether it follows the tip along X, Y and Z.
     pub follows: [bool; 3],
+    /// Whether it keeps its attitude while the head turns.
+    pub stays: bool,
     /// Its shape, mm: relative to the tip on the axes that it follows, machine coordinates on the others.
     pub hull: Hull,
 }
@@ -39,5 +41,5 @@ impl DrawnMachine {
 }
 
 fn piece(body: &Body) -> DrawnBody {
-    DrawnBody { name: body.name.clone(), follows: body.follows, hull: drawn(&body.points) }
+    DrawnBody { name: body.name.clone(), follows: body.follows, stays: body.stays, hull: drawn(&body.points) }
 }

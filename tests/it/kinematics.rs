@@ -327,7 +327,7 @@ fn poses_worked_out_on_paper_agree() {
             tilt: axis(b'A', 1.0, 0.0),
             rotation: axis(b'C', 1.0, 0.0),
             misaligned: None,
-        head: None,
+            head: None,
         };
         let got = table.forward(Pose::from_deg(pose.tilt, pose.rotation)).point(Point::from(Vec3::from(pose.table)));
         assert_close(&got.at, pose.machine, &format!("row {row}"));

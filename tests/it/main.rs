@@ -9,6 +9,7 @@ mod batches;
 mod beside_the_part;
 mod calibrate;
 mod certificate;
+mod chains;
 mod columns;
 mod configurations;
 mod costs;

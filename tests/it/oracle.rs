@@ -98,6 +98,7 @@ fn machine(tilt: [f64; 2]) -> Profile {
     let (file, text) = shipped("generic-ac").unwrap();
     let mut profile = resolve(file, text).unwrap().0;
     let piece = |name: &str, kind| BodySpec {
+        turns: true,
         name: name.to_owned(),
         moves: "XYZ".to_owned(),
         kind,

@@ -8,7 +8,7 @@ use crate::calibrate::{
     ChainFit, Choice, Estimate, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Uncalibrated,
     Unknown, Visit, choose, fit, form, visit,
 };
-use crate::input::{BadSetting, LoadedProfile, MachineSource, Source, load_profile};
+use crate::input::{BadSetting, LoadedProfile, MachineSource, Source, load_table};
 use crate::motion::TableKinematics;
 use crate::profile::{Profile, TiltAxisName};
 use crate::spelling::counted;
@@ -58,7 +58,7 @@ const MOST: [f64; 2] = [3.0, 1000.0];
 /// What cannot be read, [`MachineError::Touches`], and [`MachineError::Calibration`] where the touches do not tell everything.
 pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<CalibrateResult, MachineError> {
     BadSetting::within("tolerance", request.options.tolerance_mm, " mm", TOLERANCES_MM)?;
-    let machine = load_profile(&request.machine, world)?;
+    let machine = load_table(&request.machine, world)?;
     let file = request.touches.name().into_owned();
     let touches = Touches::parse(&file, &request.touches.text(world)?)?;
     let fit = fit(&machine.profile, &touches, &request.options)
@@ -248,7 +248,7 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, M
         BadSetting::within("by-eye", by_eye, " mm", [request.repeats_to_mm, BY_EYE_MM])?;
     }
     BadSetting::within("most", request.most as f64, "", MOST)?;
-    let machine = load_profile(&request.machine, world)?;
+    let machine = load_table(&request.machine, world)?;
     let profile = &machine.profile;
     let radius_mm = profile.tip_radius_mm();
     let tip = Tip {

@@ -8,8 +8,9 @@ use super::error::MachineError;
 use crate::calibrate::ClearWay;
 use crate::geom::{Angle, Vec3};
 use crate::input::{LoadedProfile, MachineSource, load_profile, own_profiles};
-use crate::motion::{Pose, TableKinematics, TiltAbout};
+use crate::motion::{Pose, SwivelHead, TableKinematics, TiltAbout};
 use crate::pictures::from_the_side;
+use crate::planning::{Head, contact_mm, table_solid};
 use crate::profile::{BodyKind, Profile};
 use crate::view::Drawing;
 use crate::world::World;
@@ -82,7 +83,11 @@ fn checked(machine: LoadedProfile) -> CheckedProfile {
     let half_mm = half(profile);
     let (largest_level_mm, largest_any_mm) = (level(profile, half_mm), any(profile, half_mm));
     let refusals = refusals(profile, &tilts);
-    let sweeps_to_mm = clear.ball_top();
+    let table = profile.kinematics();
+    let sweeps_to_mm = match &table.head {
+        Some(head) => head.table.z + profile.head_depth_mm(None),
+        None => clear.ball_top(),
+    };
     let axes_off_deg = axes_off(&profile.kinematics());
     CheckedProfile { machine, axes_off_deg, tilts, half_mm, largest_level_mm, largest_any_mm, sweeps_to_mm, refusals }
 }
@@ -122,8 +127,37 @@ fn half(profile: &Profile) -> f64 {
     (half - table.keep_out_mm).max(0.0)
 }
 
+/// Of a head that leans, where its axes stand while the tip touches the table.
+fn leaning(profile: &Profile, head: &SwivelHead, word: f64) -> Tilted {
+    let (table, limits) = (profile.kinematics(), profile.linear_limits());
+    let pose = pose(profile, word);
+    let (axes, motion) = (table.axes(pose), table.forward(pose));
+    let slab = table_solid(profile, &motion);
+    let pieces = Head::of(profile);
+    let pieces = pieces.at(pose);
+    let across = if table.about == TiltAbout::X { Vec3::y() } else { Vec3::x() };
+    let reach = half(profile);
+    let reached = |place: f64| {
+        let [at, tip] = [&axes, &motion].map(|motion| motion.point((across * place).into()).at);
+        limits.violation(&at).is_none() && pieces.passes(tip, tip, &slab, contact_mm(profile))
+    };
+    let places = (0..PLACES).map(|i| reach * (2.0 * i as f64 / (PLACES - 1) as f64 - 1.0));
+    let reached: Vec<f64> = places.filter(|&place| reached(place)).collect();
+    Tilted {
+        tilt_deg: word,
+        centre_mm: axes.translation.into(),
+        within: limits.violation(&axes.translation).is_none(),
+        top_mm: head.table.z,
+        room_mm: limits.max.z - head.table.z,
+        reached_mm: reached.first().zip(reached.last()).map(|(low, high)| [*low, *high]),
+    }
+}
+
 fn tilted(profile: &Profile, clear: &ClearWay, word: f64) -> Tilted {
     let table = profile.kinematics();
+    if let Some(head) = &table.head {
+        return leaning(profile, head, word);
+    }
     let motion = table.forward(pose(profile, word));
     let at = |q: &Vec3| motion.rotation * q + motion.translation;
     let top_mm = profile.table_slab().iter().map(|p| at(p).z).fold(f64::NEG_INFINITY, f64::max);
@@ -152,7 +186,7 @@ fn tilted(profile: &Profile, clear: &ClearWay, word: f64) -> Tilted {
 }
 
 fn level(profile: &Profile, half_mm: f64) -> [f64; 2] {
-    let (limits, centre) = (profile.linear_limits(), profile.kinematics().forward(Pose::LEVEL).translation);
+    let (limits, centre) = (profile.linear_limits(), profile.kinematics().axes(Pose::LEVEL).translation);
     let sides = (0..2).flat_map(|i| [limits.max[i] - centre[i], centre[i] - limits.min[i]]);
     let radius = sides.fold(half_mm, f64::min).max(0.0);
     [2.0 * radius, (limits.max.z - centre.z - profile.transition.clearance_mm).max(0.0)]
@@ -165,7 +199,7 @@ fn any(profile: &Profile, half_mm: f64) -> f64 {
     let steps = ((tilt.max_deg - tilt.min_deg) / LOOK_DEG).ceil() as usize;
     let motions: Vec<_> = (0..=steps)
         .map(|i| tilt.min_deg + (tilt.max_deg - tilt.min_deg) * i as f64 / steps.max(1) as f64)
-        .map(|word| table.forward(pose(profile, word)))
+        .map(|word| table.axes(pose(profile, word)))
         .collect();
     let over = Vec3::z() * profile.transition.clearance_mm;
     let fits = |radius: f64| {

@@ -6,7 +6,7 @@
 use super::error::MachineError;
 use crate::calibrate::{self, ColdPose, outermost};
 use crate::geom::Vec3;
-use crate::input::CheckedPlan;
+use crate::input::{CheckedPlan, InputError};
 use crate::motion::Pose;
 use crate::planning::Print;
 use crate::trace;
@@ -29,6 +29,9 @@ pub struct DryRun {
 /// [`MachineError::NoDryRun`] where a way on the bare table is not proved clear.
 pub fn dry_run(program: &[u8], plan: &CheckedPlan) -> Result<DryRun, MachineError> {
     let profile = &plan.machine.profile;
+    if !profile.kinematics().is_table() {
+        return Err(InputError::Chain { profile: plan.machine.name.clone() }.into());
+    }
     let poses = poses(program, plan);
     let made = calibrate::dry_run(profile, &poses).map_err(|no| MachineError::NoDryRun { why: no.to_string() })?;
     Ok(DryRun { gcode: made.gcode, left_out: made.left_out, poses })

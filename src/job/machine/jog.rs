@@ -10,7 +10,7 @@ use super::means::Means;
 use super::read::MachineAt;
 use crate::calibrate::{ClearWay, JOG_DEG, JOG_MM, Jog, JogFault, JogQuestion, JogSubject, Jogged, Seen};
 use crate::gcode::meaning::Firmware;
-use crate::input::{LoadedProfile, MachineSource, load_profile};
+use crate::input::{LoadedProfile, MachineSource, load_table};
 use crate::job::printer::{PrinterError, protocol};
 use crate::profile::{Profile, TiltAxisName};
 use crate::world::World;
@@ -78,7 +78,7 @@ pub fn jog(
     ask: &dyn Fn(&JogQuestion, &Profile) -> Option<Seen>,
     world: &World<'_>,
 ) -> Result<JogResult, MachineError> {
-    let machine = load_profile(&request.machine, world)?;
+    let machine = load_table(&request.machine, world)?;
     let profile = &machine.profile;
     let wanted = protocol(profile)?;
     let means = Means::open(&request.at, profile.link.baud, world)?;

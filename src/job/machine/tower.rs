@@ -5,7 +5,7 @@ use std::path::Path;
 use super::calibrate::{CalibrateRequest, CalibrateResult, Written, calibrate};
 use super::error::MachineError;
 use crate::calibrate::{Readings, TOWER_REPEATS_MM, Tower, TowerDesign, TowerError, TowerFit, fit_tower, tower_errors};
-use crate::input::{BadSetting, CheckedPlan, LoadedModel, LoadedProfile, MachineSource, Source, load_profile};
+use crate::input::{BadSetting, CheckedPlan, LoadedModel, LoadedProfile, MachineSource, Source, load_table};
 use crate::job::print::{PrintError, Prints, RewriteRequest, SliceRequest, SlicingOptions, Verified, rewrite, slice};
 use crate::mesh::threemf;
 use crate::pictures;
@@ -77,7 +77,7 @@ const REPEATS_MM: [f64; 2] = [0.005, 0.5];
 /// passes.
 pub fn tower(request: &TowerRequest, kept_in: Option<&Path>, world: &World<'_>) -> Result<TowerResult, MachineError> {
     BadSetting::within("repeats-to", request.repeats_mm, " mm", REPEATS_MM)?;
-    let machine = load_profile(&request.machine, world)?;
+    let machine = load_table(&request.machine, world)?;
     let quiet = World { progress: &Silent, ..*world };
     let candidates = TowerDesign::candidates(&machine.profile, &machine.name, request.tilt_deg)?;
     let bar = world.progress.begin("tower", candidates.len());
@@ -233,7 +233,7 @@ pub fn keep_form(path: &Path, outputs: &mut Outputs, world: &World<'_>) -> Resul
 ///
 /// What cannot be read, and [`TowerError`].
 pub fn read_tower(machine: &MachineSource, form: &Source, world: &World<'_>) -> Result<TowerReading, MachineError> {
-    let machine = load_profile(machine, world)?;
+    let machine = load_table(machine, world)?;
     let file = form.name().into_owned();
     let readings = Readings::parse(&file, &form.text(world)?)?;
     let fit = fit_tower(&machine.profile, &machine.name, &file, &readings)?;

@@ -137,7 +137,14 @@ fn a_table_without_end_stops_is_set_level_once_before_it_moves() {
 
 #[test]
 fn a_named_motor_turns_the_table_and_others_leave_all_as_it_is() {
-    let axis = |letter, direction| AxisRange { letter, direction, zero: Angle::ZERO, range: None, max_rate: 1.0, absent: false };
+    let axis = |letter, direction| AxisRange {
+        letter,
+        direction,
+        zero: Angle::ZERO,
+        range: None,
+        max_rate: 1.0,
+        absent: false,
+    };
     let steppers = Some(["tilt".to_owned(), "rot".to_owned()]);
     let rotary = Some((axis(b'A', 1.0), axis(b'C', -1.0)));
     let reading = Reading { rotary, steppers, ..Reading::sliced_for(Firmware::Klipper) };

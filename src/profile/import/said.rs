@@ -127,7 +127,7 @@ impl Said {
         }
         let (at, identity) = self.identity.clone().ok_or_else(|| lacks("M115"))?;
         if identity.contains("PENTA_AXIS_HT") || identity.contains("PENTA_AXIS_HH") {
-            let why = "the head of this machine tilts; the machine must have a table that tilts and turns".to_owned();
+            let why = "the head of this machine tilts, which is not read into a profile; write one that extends generic-hh, generic-ht or rep5x-ender-3-v3-se".to_owned();
             return Err(ImportError::At { place: at, why });
         }
         let letters: Vec<char> = speeds.keys().copied().filter(|letter| !"XYZE".contains(*letter)).collect();

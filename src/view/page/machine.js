@@ -48,8 +48,24 @@ function boxLines(low, high) {
   return new Float32Array(lines);
 }
 
+/** The axes of a head that turns: through its joints, which hang from the tip. */
+function headAxes(machine, { motion, tip, tilt, rotation }) {
+  const { yaws, tilt_from_tip: u, rotation_from_tip: v } = machine.swivel;
+  const lean = turnAround(machine.tilt.along, tilt, u), joint = plus(tip, u);
+  const [middle, up] = yaws
+    ? [plus(tip, moved(lean, [v[0], v[1], u[2] + 30])), turned(lean, machine.rotation.along)]
+    : [moved(motion, [0, 0, 0]), turned(motion, machine.rotation.along)];
+  const reach = machine.table.points.reduce((most, v) => Math.max(most, Math.abs(v)), 0), origin = moved(motion, [-reach - 35, 0, 0]);
+  const inRoom = (axis) => turned(unturned(machine, tilt, rotation), axis);
+  const triad = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis, i) => ({ ends: [origin, plus(origin, inRoom(axis), 25)], label: 'XYZ'[i] }));
+  const ends = (at, along, long) => [plus(at, along, -long), plus(at, along, long)];
+  return [...triad, { ends: ends(joint, machine.tilt.along, 40), label: machine.tilt.letter }, { ends: ends(middle, up, 30), label: machine.rotation.letter }];
+}
+
 /** Where the axes are: X, Y and Z at the pivot, the tilt axis through it, the rotation axis through the table's middle. */
-function axes(machine, motion) {
+function axes(machine, at) {
+  if (machine.swivel) return at.known && !at.tip.includes(null) ? headAxes(machine, { tilt: 0, rotation: 0, ...at }) : [];
+  const { motion } = at;
   const { pivot } = machine, reach = machine.table.points.reduce((most, v) => Math.max(most, Math.abs(v)), 0), long = reach + 35;
   const { along } = machine.tilt, middle = moved(motion, [0, 0, 0]), up = turned(motion, machine.rotation.along);
   const tiltEnds = [plus(pivot, along, -long), plus(pivot, along, long)];

@@ -143,14 +143,22 @@ function drawAfter(at, eye, most = Infinity) {
   if (near) drawing.loose([...near.head_mm, ...near.other_mm], colours.bad, 1, eye.table, 0.02);
   if (state.points.length === 2) drawing.loose(state.points.flat(), colours.axis, 1, eye.table, 0.01);
   if (!state.machine) return;
-  axes(facts.machine, at.motion).forEach((axis) => drawing.loose(axis.ends.flat(), colours.axis, 0.9, eye.machine));
-  drawing.lines(stuff.box, 24, colours.grid, 0.25, eye.machine);
+  axes(facts.machine, at).forEach((axis) => drawing.loose(axis.ends.flat(), colours.axis, 0.9, eye.machine));
+  if (!facts.machine.swivel) drawing.lines(stuff.box, 24, colours.grid, 0.25, eye.machine);
   const piece = (one, motion, colour, alpha) => {
     drawing.solids(one.triangles, one.count, colour, alpha, eye.of(motion));
     drawing.lines(one.edges, one.edgeCount, colours.edge, alpha, eye.of(motion));
   };
   stuff.frame.forEach((one) => piece(one, IDENTITY, colours.frame, 0.3));
-  if (!at.tip.includes(null)) stuff.head.forEach((one) => piece(one, shifted(at.tip.map((v, k) => (one.follows[k] ? v : 0))), colours.head, 0.32));
+  if (!at.tip.includes(null)) stuff.head.forEach((one) => piece(one, headMotion(one, at), colours.head, 0.32));
+}
+
+/** Where a piece of the head is, machine frame. */
+function headMotion(one, { tip, tilt, rotation }) {
+  const held = (v) => v.map((value, k) => (one.follows[k] ? value : 0));
+  if (!one.stays) return shifted(held(tip));
+  const seen = unturned(facts.machine, tilt ?? 0, rotation ?? 0), at = linearAxes(facts.machine, seen, tip);
+  return times(shifted(tip), times(seen, shifted(at.map((value, k) => (one.follows[k] ? 0 : -value)))));
 }
 
 /** The parts' surfaces: over a program as ghosts; of a plan what is printed here, what was before, and what is in the way. */

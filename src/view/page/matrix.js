@@ -66,6 +66,23 @@ function tableAt(machine, tilt, rotation) {
   return times(turnAbout(machine.tilt.along, tilt, machine.pivot), turned);
 }
 
+/** The right-handed turn by an angle (radians) about a unit vector through a point. */
+function turnAround(along, angle, through) {
+  return times(shifted(through), times(turnAbout(along, angle, [0, 0, 0]), shifted(plus([0, 0, 0], through, -1))));
+}
+
+/** Of a head that turns: the frame in which its axes do not, seen from the tip in the tool's frame. */
+function unturned(machine, tilt, rotation) {
+  const { yaws, tilt_from_tip: u, rotation_from_tip: v } = machine.swivel, lean = turnAround(machine.tilt.along, tilt, u);
+  return yaws ? times(lean, turnAround(machine.rotation.along, rotation, v)) : lean;
+}
+
+/** Where X, Y and Z of such a machine stand, room. */
+function linearAxes(machine, seen, tip) {
+  const back = inverted(seen);
+  return plus(plus(turned(back, tip), machine.swivel.table), moved(back, [0, 0, 0]), -1);
+}
+
 /** An orbit: looks at `target` from `distance` away, `yaw` about +Z and `pitch` above the horizon (radians). */
 class Camera {
   constructor() {

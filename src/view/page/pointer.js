@@ -120,7 +120,7 @@ function labels(at) {
     Object.assign(label.style, { left: `${where[0]}px`, top: `${where[1]}px` });
     made.push(label);
   };
-  if (state.machine) axes(facts.machine, at.motion).forEach((axis) => put(moved(at.fromMachine, axis.ends[1]), axis.label));
+  if (state.machine) axes(facts.machine, at).forEach((axis) => put(moved(at.fromMachine, axis.ends[1]), axis.label));
   if (state.place) put(moved(at.fromTable, state.place), '', 'place');
   const near = nearest();
   if (near) put(moved(at.fromTable, plus(near.head_mm, plus(near.other_mm, near.head_mm, -1), 0.5)), `${facts.verify.clearance_mm.toFixed(2)} mm`, 'distance near');

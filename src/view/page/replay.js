@@ -108,6 +108,11 @@ class Replay {
     const turns = before.tilt !== place.tilt || before.rotation !== place.rotation;
     const known = tilt !== null && rotation !== null;
     const motion = turns || !known ? tableAt(this.machine, tilt ?? 0, rotation ?? 0) : this.motions[this.place[i]];
+    if (turns && known && this.machine.swivel && this.motions[this.place[i - 1]] && ![...from, ...to].includes(null)) {
+      // Its head turns: what goes evenly is the tip over the table.
+      const [a, b] = [[i - 1, from], [i, to]].map(([k, end]) => moved(this.backs[this.place[k]], end));
+      return { tip: moved(motion, a.map((v, k) => v + (b[k] - v) * share)), tilt, rotation, known, motion, place };
+    }
     return { tip, tilt, rotation, known, motion, place };
   }
 }

@@ -95,7 +95,7 @@ pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let rules = ProgramRules {
         protocol,
         longest_line,
-        setting: TraceSetting { reading: reading(), rates: rates(), accelerations: ACCELERATIONS },
+        setting: TraceSetting { reading: reading(), rates: rates(), accelerations: ACCELERATIONS, swivel: None },
     };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }

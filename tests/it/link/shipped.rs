@@ -59,8 +59,14 @@ fn is_printing_tilted(lines: &[String], turns: &[String]) -> bool {
 }
 
 /// Each with the letter of its filament.
-const TILTED: [(&str, char); 4] =
-    [("generic-bc", 'E'), ("hendrikjan-5d", 'E'), ("penta-trt-bc", 'E'), ("grblhal-ac", 'U')];
+const TILTED: [(&str, char); 6] = [
+    ("generic-bc", 'E'),
+    ("hendrikjan-5d", 'E'),
+    ("penta-trt-bc", 'E'),
+    ("grblhal-ac", 'U'),
+    ("generic-hh", 'E'),
+    ("rep5x-ender-3-v3-se", 'E'),
+];
 
 /// A print that is paused while its table is tilted leaves the part upward, goes on where it was, and prints every line once.
 #[test]

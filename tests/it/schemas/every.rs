@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 4] = ["common.json", "plan-file.json", "certificate.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 49] = [
+const CALLS: [(i32, &str); 51] = [
     (0, "inspect two-boxes.stl"),
     (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
@@ -63,6 +63,8 @@ const CALLS: [(i32, &str); 49] = [
     (0, "pack tee.stl*2 --space 100,100,100 --inflate 0.1 --unit mm"),
     (0, "profile list"),
     (0, "profile show own.toml"),
+    (0, "profile show generic-hh"),
+    (0, "profile show rep5x-ender-3-v3-se"),
     (0, "profile check generic-ac"),
     (0, "profile new mine --like generic-ac --set machine.about=mine --keep-rest -o mine.toml"),
     (
