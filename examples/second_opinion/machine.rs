@@ -107,6 +107,13 @@ fn lines_of(values: &Value, paths: &[&str]) -> Vec<String> {
 
 impl Machine {
     pub fn read(values: &Value) -> Result<Self, String> {
+        for axis in ["tilt", "rotation"] {
+            if let Some(turns) = optional_text(values, &format!("/kinematics/{axis}/turns")) {
+                return Err(format!(
+                    "kinematics.{axis}.turns is {turns:?}: this reader knows tables that tilt and turn, and no other chain"
+                ));
+            }
+        }
         let about = match text(values, "/kinematics/tilt/about")? {
             "X" => [1.0, 0.0, 0.0],
             "Y" => [0.0, 1.0, 0.0],

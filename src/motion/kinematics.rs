@@ -17,20 +17,12 @@
 
 use std::fmt;
 
-use super::misaligned::{AxisDirections, sin_cos};
+use super::about::{TiltAbout, about_matrix, rotation_z};
+use super::misaligned::AxisDirections;
 use super::pose::Pose;
 use super::swivel::SwivelHead;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Dir, Machine, Mat3, Rigid, Table, Vec3};
-
-/// The machine axis about which the table tilts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TiltAbout {
-    /// An A table: tilts about machine +X.
-    X,
-    /// A B table: tilts about machine +Y.
-    Y,
-}
 
 /// One rotary axis: its word in G-code, its sense and zero, its stops and its speed.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,6 +143,11 @@ impl TableKinematics {
     /// Whether both axes turn the table.
     pub fn is_table(&self) -> bool {
         self.head.is_none() && !self.tilt.absent && !self.rotation.absent
+    }
+
+    /// The same for one tip of the frame `Machine`.
+    pub fn axes_at(&self, tip: Vec3, pose: Pose) -> Vec3 {
+        self.head.as_ref().map_or(tip, |head| head.axes(tip, pose))
     }
 
     /// The room's upward direction at `pose`, frame `Machine`: against gravity.
@@ -280,32 +277,6 @@ impl TableKinematics {
     fn tilt_matrix(&self, angle: Angle) -> Mat3 {
         about_matrix(self.about, angle)
     }
-}
-
-/// Right-handed turn about +X or +Y.
-pub(super) fn about_matrix(about: TiltAbout, angle: Angle) -> Mat3 {
-    match about {
-        TiltAbout::X => rotation_x(angle),
-        TiltAbout::Y => rotation_y(angle),
-    }
-}
-
-/// Right-handed turn about +X: +Y goes to +Z.
-fn rotation_x(angle: Angle) -> Mat3 {
-    let (s, c) = sin_cos(angle);
-    Mat3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
-}
-
-/// Right-handed turn about +Y: +Z goes to +X.
-fn rotation_y(angle: Angle) -> Mat3 {
-    let (s, c) = sin_cos(angle);
-    Mat3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
-}
-
-/// Right-handed turn about +Z: +X goes to +Y.
-pub(crate) fn rotation_z(angle: Angle) -> Mat3 {
-    let (s, c) = sin_cos(angle);
-    Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
 #[cfg(test)]

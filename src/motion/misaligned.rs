@@ -12,6 +12,7 @@
 //! direction are Paden and Kahan's second subproblem (R. M. Murray, Z. Li and S. S. Sastry, *A Mathematical Introduction to Robotic
 //! Manipulation*, 1994, section 3.2). With `u` a machine axis and `r` = +Z it is the square chain, which has its own arithmetic.
 
+use super::about::sin_cos;
 use super::pose::Pose;
 use crate::geom::{Angle, Mat3, Vec3};
 
@@ -91,22 +92,6 @@ fn about(axis: &Vec3, from: &Vec3, to: &Vec3) -> Option<Angle> {
 pub(crate) fn turn(n: &Vec3, angle: Angle) -> Mat3 {
     let (s, c) = sin_cos(angle);
     Mat3::identity() * c + n.cross_matrix() * s + n * n.transpose() * (1.0 - c)
-}
-
-/// Sine and cosine, exact at quarter turns so that a table at 90 degrees prints whole coordinates.
-pub(super) fn sin_cos(angle: Angle) -> (f64, f64) {
-    let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
-    let nearest = quarters.round();
-    if (quarters - nearest).abs() < 1e-12 {
-        match (nearest as i64).rem_euclid(4) {
-            0 => (0.0, 1.0),
-            1 => (1.0, 0.0),
-            2 => (0.0, -1.0),
-            _ => (-1.0, 0.0),
-        }
-    } else {
-        angle.rad().sin_cos()
-    }
 }
 
 #[cfg(test)]

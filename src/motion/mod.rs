@@ -28,6 +28,7 @@
 //!
 //! This room must not know profiles (they build its types), plans or slicers.
 
+mod about;
 mod kinematics;
 mod limits;
 pub(crate) mod lookahead;
@@ -36,8 +37,9 @@ mod pose;
 pub mod replay;
 mod swivel;
 
-pub(crate) use kinematics::rotation_z;
-pub use kinematics::{AxisRange, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
+pub use about::TiltAbout;
+pub(crate) use about::rotation_z;
+pub use kinematics::{AxisRange, RANGE_SLACK_DEG, TableKinematics, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};
 pub use lookahead::{Accelerations, Axes};
 pub(crate) use misaligned::turn;

@@ -17,7 +17,7 @@
 //! With `u` = (0, 0, L) and `v` above the tip it is LinuxCNC's `5axiskins`; with `v` beside it, Marlin's `PENTA_AXIS_HH`; with a table that
 //! rotates, its `PENTA_AXIS_HT`. Their formulas are typed out in `tests/it/chains.rs`.
 
-use super::kinematics::{TiltAbout, about_matrix, rotation_z};
+use super::about::{TiltAbout, about_matrix, rotation_z};
 use super::pose::Pose;
 use crate::geom::{Angle, Bounds, Mat3, Vec3};
 

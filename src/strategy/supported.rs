@@ -388,8 +388,9 @@ impl Attempt {
         if bounds.is_empty() {
             return Ok(());
         }
-        let limits = profile.linear_limits();
-        if let Some(out) = [bounds.min, bounds.max].iter().find_map(|p| limits.violation(&(p + self.to_machine))) {
+        let (limits, table) = (profile.linear_limits(), profile.kinematics());
+        let axes = bounds.corners().map(|p| table.axes_at(p + self.to_machine, print.pose(&table)));
+        if let Some(out) = axes.iter().find_map(|axes| limits.violation(axes)) {
             return Err(Refused::Axes(out.to_string()));
         }
         let half = profile.process.line_width_mm / 2.0;

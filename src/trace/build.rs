@@ -6,7 +6,7 @@ use super::clock::{Stretch, each_stretch};
 use super::interpreter::{Action, Interpreter, TimedMove};
 use super::{Event, MotionClock, State, Trace, TraceSetting, What, Zone, flag, units};
 use crate::gcode::marks::{Hint, Mark, Role, Totals, hint, mark};
-use crate::gcode::meaning::{Effect, Hazard, Heater};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, correction};
 use crate::gcode::{LineKind, ParsedLine, lines};
 use crate::geom::Vec3;
 use crate::motion::replay::{Move, Position};
@@ -104,6 +104,7 @@ struct Said {
 
 struct Builder {
     interpreter: Interpreter,
+    firmware: Firmware,
     swivel: Option<SwivelHead>,
     trace: Trace,
     line: u32,
@@ -126,8 +127,8 @@ impl Builder {
         [&mut trace.width_um, &mut trace.height_um, &mut trace.flags].into_iter().for_each(|c| c.reserve(count));
         trace.role.reserve(count);
         let (said, said_by) = (Said::default(), BTreeMap::new());
-        let swivel = setting.swivel.clone();
-        Self { interpreter: Interpreter::new(setting), swivel, trace, line: 0, state, said, said_by }
+        let (swivel, firmware) = (setting.swivel.clone(), setting.reading.firmware);
+        Self { interpreter: Interpreter::new(setting), firmware, swivel, trace, line: 0, state, said, said_by }
     }
 
     /// Takes a line that begins `start` bytes from the program's first; what of it takes time goes to `stretches`.
@@ -144,6 +145,10 @@ impl Builder {
         }
         match action {
             Ok(Action::Move(timed)) => self.make(timed),
+            // It does nothing by itself, but what it ends is no longer done.
+            Ok(Action::Nothing) if correction(self.firmware, parsed).is_some() => {
+                self.effect(Effect::Nothing, start + parsed.code.start..start + parsed.code.end);
+            }
             Ok(Action::Nothing) => {}
             Ok(Action::Effect(effect)) => self.effect(effect, start + parsed.code.start..start + parsed.code.end),
             Err(error) => self.event(What::Refused(error.to_string())),

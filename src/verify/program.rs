@@ -210,7 +210,9 @@ impl<'a> Checker<'a> {
         };
         let before = self.laid.iter().filter(|&&p| self.planned[p].setup != setup).map(|&p| self.planned[p].part);
         let parts = before.filter_map(|part| self.job.workpiece.parts.get(part)).map(|part| top_of(part.vertices()));
-        let top = parts.fold(top_of(&self.profile.table_slab()), f64::max);
+        // A head that turns comes down to no table that lies still.
+        let slab = if self.table.head.is_some() { Vec::new() } else { self.profile.table_slab() };
+        let top = parts.fold(top_of(&slab), f64::max);
         self.known_standing = Some((key, top));
         top
     }
@@ -225,8 +227,8 @@ impl<'a> Checker<'a> {
         let top = standing.max(self.laid_top.filter(|(of, _)| *of == setup).map_or(f64::NEG_INFINITY, |(_, z)| z));
         let room = self.profile.transition.clearance_mm - PAUSE_SLACK_MM;
         // Where the axis ends below that room there is less of it, but never none.
-        tip >= (top + room).min(self.limits.max.z - PAUSE_SLACK_MM).max(top)
-            && self.tally.is_pulled(self.profile.transition.retract_mm)
+        let end = if self.table.head.is_some() { f64::INFINITY } else { self.limits.max.z - PAUSE_SLACK_MM };
+        tip >= (top + room).min(end).max(top) && self.tally.is_pulled(self.profile.transition.retract_mm)
     }
 
     fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {

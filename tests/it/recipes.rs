@@ -124,6 +124,11 @@ fn of_an_own_machine() {
 }
 
 #[test]
+fn of_a_head_that_turns() {
+    run("how-to/heads.md");
+}
+
+#[test]
 fn of_a_tower() {
     run("how-to/tower.md");
 }

@@ -98,7 +98,7 @@ fn paused_at_a_tilt(name: &str, filament: char) {
     assert_eq!(paused.status.code(), Some(4), "{name}: {}", said(&paused));
     let until = executed(&log);
     // Behind the last line of the file come the wait, the pull and the lift; the table stays as it is.
-    let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
+    let lift = lifted(&until).unwrap();
     assert!(
         until.len() - lift < 4 && until[lift - 2].starts_with(&format!("G1{filament}-")),
         "{name}: {:?}",
@@ -109,6 +109,13 @@ fn paused_at_a_tilt(name: &str, filament: char) {
     let laid = |l: &&String| l.starts_with("G1") && l.contains('X') && l.contains(filament);
     let wanted: Vec<String> = wanted(&out).into_iter().filter(|l| laid(&l)).collect();
     assert_same(&wanted, &executed(&log).iter().filter(laid).cloned().collect::<Vec<_>>());
+}
+
+/// The last move that lays nothing and goes up: along the tool, so with X and Y where it is the head that leans.
+fn lifted(lines: &[String]) -> Option<usize> {
+    let goes_up =
+        |l: &String| (l.starts_with("G1Z") || l.starts_with("G1X")) && l.contains('Z') && !l.contains(['E', 'U']);
+    lines.iter().rposition(goes_up)
 }
 
 /// Cancelled while its table is tilted, the head leaves the part upward, the heaters go cold, and nothing turns.
@@ -142,14 +149,13 @@ fn cancelled_at_a_tilt(name: &str, filament: char) {
     assert!(!ended.success(), "{name}: {}", heard.lock().unwrap());
     // The printer may be behind its host, whose last word is about heat, or, where nothing heats, that all moves have ended.
     let last = if filament == 'E' { "M140S0" } else { "G4P0.01" };
-    let lift = |lines: &[String]| lines.iter().rposition(|l| l.starts_with("G1Z"));
     wait_for("the end of the printer's log", || {
         let lines = executed(&log);
-        lift(&lines).is_some_and(|at| lines[at..].iter().any(|l| l == last))
+        lifted(&lines).is_some_and(|at| lines[at..].iter().any(|l| l == last))
     });
     let until = executed(&log);
     let turned = until.iter().rposition(|l| turns.contains(l)).unwrap();
-    let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
+    let lift = lifted(&until).unwrap();
     let (before, behind) = (&until[turned + 1..lift], &until[lift + 1..]);
     let pulled = before[before.len() - 2].starts_with(&format!("G1{filament}-"));
     assert!(before.last().is_some_and(|l| l == "G90") && pulled, "{name}: {before:?}");

@@ -76,7 +76,7 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 23] = [
+    const IN_PROFILES: [&str; 25] = [
         "measured",
         "jogged",
         "jogged_as",
@@ -98,6 +98,8 @@ fn is_optional(at: &str) -> bool {
         "mm_per_s",
         "fan",
         "stepper",
+        "turns",
+        "from_tip_mm",
         "holding_nm",
         "max_turns",
     ];
