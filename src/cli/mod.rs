@@ -32,6 +32,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
 
+use crate::world::start_threads;
 use args::{Args, Verb};
 pub(crate) use failure::Failure;
 pub(crate) use progress::Console;
@@ -55,6 +56,7 @@ pub fn run() -> ExitCode {
             return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });
         }
     };
+    start_threads();
     let console = Console::new(args.json, args.quiet, args.verbose);
     let many = batch::run(&args, &console);
     let done = many.unwrap_or_else(|| match args.verb {

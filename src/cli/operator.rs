@@ -46,7 +46,8 @@ impl<'a> Terminal<'a> {
         let (typed, lines) = bounded(1);
         let draws = self.console.draws();
         self.typed.replace(Some(lines));
-        std::thread::spawn(move || {
+        // Without it the pause is ended from elsewhere, as where there is no terminal.
+        let _ = std::thread::Builder::new().spawn(move || {
             let mut text = String::new();
             // The end of input is no Enter.
             if std::io::stdin().read_line(&mut text).is_ok_and(|n| n > 0) {

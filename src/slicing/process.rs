@@ -391,8 +391,16 @@ impl Run {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn().map_err(|source| file_error("start", path, source))?;
-        self.streams.extend(child.stdout.take().map(Stream::listen));
-        self.streams.extend(child.stderr.take().map(Stream::listen));
+        let out = child.stdout.take().map(Stream::listen).transpose();
+        let err = child.stderr.take().map(Stream::listen).transpose();
+        match (out, err) {
+            (Ok(out), Ok(err)) => self.streams.extend(out.into_iter().chain(err)),
+            // One that nobody listens to waits for ever.
+            (Err(source), _) | (_, Err(source)) => {
+                stop(&mut child);
+                return Err(file_error("listen to", path, source));
+            }
+        }
         loop {
             let status = child.try_wait().map_err(|source| file_error("wait for", path, source))?;
             let why = if self.interrupt.is_asked() { Some(SliceError::Interrupted) } else { trouble() };
@@ -425,16 +433,16 @@ struct Stream {
 }
 
 impl Stream {
-    fn listen(mut from: impl Read + Send + 'static) -> Self {
+    fn listen(mut from: impl Read + Send + 'static) -> std::io::Result<Self> {
         let said = Arc::new(Mutex::new(Said::default()));
         let into = Arc::clone(&said);
-        let thread = thread::spawn(move || {
+        let thread = thread::Builder::new().spawn(move || {
             let mut bytes = [0; 8192];
             while let Ok(count @ 1..) = from.read(&mut bytes) {
                 into.lock().unwrap_or_else(PoisonError::into_inner).push(&bytes[..count]);
             }
-        });
-        Self { said, thread }
+        })?;
+        Ok(Self { said, thread })
     }
 
     fn said(&self) -> std::sync::MutexGuard<'_, Said> {

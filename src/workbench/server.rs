@@ -4,6 +4,7 @@ use std::io::{Cursor, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::Builder;
 use std::time::Duration;
 
 use super::WorkbenchError;
@@ -67,7 +68,8 @@ impl HttpServer {
                 continue;
             }
             let shared = self.shared.clone();
-            std::thread::spawn(move || {
+            // Where the system gives no thread the connection is shut, and the page asks again.
+            let _ = Builder::new().spawn(move || {
                 let _served = served;
                 let _ = connection(&stream, &shared);
             });

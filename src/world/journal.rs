@@ -31,7 +31,8 @@ pub(crate) struct JournalFile {
     room: u64,
     /// What could not be written yet, for want of room.
     held: Vec<u8>,
-    sync: Sender<()>,
+    /// To the thread that brings it to the disk; none where the system gives no thread.
+    sync: Option<Sender<()>>,
     /// Whether a record has reached the disk: the first one does before a byte goes out.
     synced: bool,
     acked: i64,
@@ -64,11 +65,12 @@ impl JournalFile {
         let failed = |source| FileError::Write { path: path.to_owned(), source };
         let twin = file.try_clone().map_err(failed)?;
         let (sync, asked) = bounded::<()>(1);
-        std::thread::spawn(move || {
+        let beside = std::thread::Builder::new().spawn(move || {
             while asked.recv().is_ok() {
                 let _ = twin.sync_data();
             }
         });
+        let sync = beside.is_ok().then_some(sync);
         let (path, held) = (path.to_owned(), Vec::new());
         let mut journal =
             Self { path, file, end, room: end, held, sync, synced: false, acked: 0, written: Instant::now() };
@@ -146,7 +148,11 @@ impl JournalFile {
         self.written = Instant::now();
         self.acked = progress.proven;
         let written = self.record(&Record::Ack { number: progress.proven, block: progress.acked });
-        let _ = self.sync.try_send(());
+        match &self.sync {
+            Some(beside) => drop(beside.try_send(())),
+            // Here it holds up the print for as long as the disk takes.
+            None => drop(self.file.sync_data()),
+        }
         written
     }
 }

@@ -1,11 +1,13 @@
 //! What a process leaves behind that was killed: the next one clears it.
 //!
 //! A file is locked for as long as its process lives, and is given its first bytes only then; so what is not empty and can be locked is
-//! nobody's. A lock is the file system's, and holds among containers that share one.
+//! nobody's. What is empty is somebody's who has just made it, unless it has been so for an hour. A lock is the file system's, and holds
+//! among containers that share one.
 
-use std::fs::{File, OpenOptions, read_dir, remove_dir_all, remove_file};
+use std::fs::{File, Metadata, OpenOptions, read_dir, remove_dir, remove_dir_all, remove_file};
 use std::io::Write;
 use std::path::Path;
+use std::time::Duration;
 
 /// What is in a folder that is somebody's.
 const OWNED: &str = "owned";
@@ -24,10 +26,18 @@ pub(super) fn own(folder: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
+/// Nobody takes as long between making something and owning it.
+const AGE: Duration = Duration::from_secs(3600);
+
 /// Whether nobody has `file` any more.
 fn is_left(file: &Path) -> bool {
     let opened = OpenOptions::new().write(true).open(file);
-    opened.is_ok_and(|opened| opened.metadata().is_ok_and(|m| m.is_file() && m.len() > 0) && opened.try_lock().is_ok())
+    let left = |m: &Metadata| m.is_file() && (m.len() > 0 || is_old(m));
+    opened.is_ok_and(|opened| opened.metadata().is_ok_and(|m| left(&m)) && opened.try_lock().is_ok())
+}
+
+fn is_old(metadata: &Metadata) -> bool {
+    metadata.modified().is_ok_and(|then| then.elapsed().is_ok_and(|age| age > AGE))
 }
 
 fn names(folder: &Path) -> impl Iterator<Item = (std::path::PathBuf, String)> {
@@ -37,8 +47,14 @@ fn names(folder: &Path) -> impl Iterator<Item = (std::path::PathBuf, String)> {
 
 /// Removes slicers' folders in `folder` whose process is gone. What cannot be removed stays.
 pub(super) fn clear_folders(folder: &Path) {
-    let left = names(folder).filter(|(path, name)| name.starts_with(FOLDER) && is_left(&path.join(OWNED)));
-    left.for_each(|(path, _)| drop(remove_dir_all(path)));
+    for (path, _) in names(folder).filter(|(_, name)| name.starts_with(FOLDER)) {
+        if is_left(&path.join(OWNED)) {
+            let _ = remove_dir_all(path);
+        } else if path.symlink_metadata().is_ok_and(|m| m.is_dir() && is_old(&m)) {
+            // Only where nothing is in it.
+            let _ = remove_dir(path);
+        }
+    }
 }
 
 /// Removes files beside outputs in `folder` that a process was writing which is gone. What cannot be removed stays.
@@ -83,6 +99,17 @@ mod tests {
         ] {
             assert!(there(name), "{name} is gone");
         }
+        let before = std::time::SystemTime::now() - 2 * AGE;
+        for name in [".trunnion-c", ".trunnion-d.writing", "trunnion-older", "other"] {
+            File::open(at(name)).unwrap().set_modified(before).unwrap();
+        }
+        std::fs::create_dir(at("trunnion-used")).unwrap();
+        std::fs::write(at("trunnion-used/part.stl"), "solid").unwrap();
+        File::open(at("trunnion-used")).unwrap().set_modified(before).unwrap();
+        clear_writing(folder.path());
+        clear_folders(folder.path());
+        assert!(!there(".trunnion-d.writing") && !there("trunnion-older"));
+        assert!(there(".trunnion-c") && there("other") && there("trunnion-used/part.stl"));
         drop((held, alive));
         clear_writing(folder.path());
         clear_folders(folder.path());

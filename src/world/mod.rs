@@ -34,12 +34,14 @@ mod error;
 pub(crate) mod interrupts;
 mod journal;
 mod leftovers;
+mod names;
 mod outputs;
 #[cfg(feature = "tls")]
 mod pinned;
 mod progress;
 mod shown;
 mod slicers;
+mod threads;
 mod web;
 
 use std::hash::{BuildHasher, RandomState};
@@ -58,6 +60,7 @@ pub use outputs::{OutputFile, Outputs};
 pub use progress::{Bar, Logging, Progress, Silent};
 pub use shown::shown_line;
 pub use slicers::Installed;
+pub(crate) use threads::start_threads;
 pub use web::{OwnWeb, key_from_environment};
 
 /// What a job touches beyond its own values.

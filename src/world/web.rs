@@ -10,8 +10,10 @@ use std::time::Duration;
 
 use ureq::config::Config;
 use ureq::http::{Request, Response};
+use ureq::unversioned::transport::DefaultConnector;
 use ureq::{Agent, AsSendBody, Body, SendBody};
 
+use super::names::Names;
 use crate::publish::{Ask, Fingerprint, HttpMethod, ServerAnswer, Trouble, Web};
 use crate::slicing::KEY_VARIABLE;
 
@@ -79,7 +81,7 @@ fn agent_for(fingerprint: Option<&Fingerprint>) -> Result<Agent, Trouble> {
         return Ok(agent.clone());
     }
     let agent = match fingerprint {
-        None => config().new_agent(),
+        None => Agent::with_parts(config(), DefaultConnector::new(), Names),
         Some(fingerprint) => pinned(*fingerprint)?,
     };
     agents.push((fingerprint.copied(), agent.clone()));
@@ -89,15 +91,14 @@ fn agent_for(fingerprint: Option<&Fingerprint>) -> Result<Agent, Trouble> {
 /// Whoever shows another certificate is nobody.
 #[cfg(feature = "tls")]
 fn pinned(fingerprint: Fingerprint) -> Result<Agent, Trouble> {
-    use ureq::unversioned::resolver::DefaultResolver;
     use ureq::unversioned::transport::{Connector, TcpConnector};
     let connector = super::pinned::PinnedConnector::new(fingerprint).map_err(|error| of_tls(&error))?;
-    Ok(Agent::with_parts(config(), ().chain(TcpConnector::default()).chain(connector), DefaultResolver::default()))
+    Ok(Agent::with_parts(config(), ().chain(TcpConnector::default()).chain(connector), Names))
 }
 
 #[cfg(not(feature = "tls"))]
 fn pinned(_: Fingerprint) -> Result<Agent, Trouble> {
-    Ok(config().new_agent())
+    Ok(Agent::with_parts(config(), DefaultConnector::new(), Names))
 }
 
 fn config() -> Config {

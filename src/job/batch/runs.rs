@@ -3,10 +3,12 @@
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::Read;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{Sender, channel};
+use std::thread::Builder;
 use std::time::Instant;
 
 use super::error::BatchError;
@@ -19,11 +21,11 @@ use crate::world::{FileError, Outputs, World, in_words};
 
 /// A document of more bytes is none.
 const LARGEST: u64 = 1 << 30;
-/// The code of an output that could not be written, which another day may be.
-const NOT_WRITTEN: &str = "file/write";
-/// Those of a model that could not be read, and of one that is not there.
+/// Codes of a model that could not be read, and of one that is not there.
 const UNREAD: &str = "file/read";
 const ABSENT: &str = "input/absent";
+/// Failures of this computer and not of a model's bytes: another day they may be none.
+const OF_THE_DAY: [&str; 5] = [UNREAD, ABSENT, "file/write", "file/no-folder", "file/protected"];
 
 /// The models that `path` stands for where one is expected: a folder, or a list, which ends in `.txt`; `None` for a model.
 pub fn models_at(path: &Path) -> Option<Models> {
@@ -49,17 +51,22 @@ pub fn batch(request: &BatchRequest, told: &dyn Fn(&Batched), world: &World<'_>)
     let (sender, receiver) = channel();
     let mut result = BatchResult::default();
     std::thread::scope(|scope| {
-        for _ in 0..jobs {
-            let sender = sender.clone();
-            scope.spawn(move || {
-                while let Some((place, model)) = take(next, models) {
-                    if sender.send((place, worker.one(model))).is_err() {
-                        break;
-                    }
+        let work = |sender: Sender<_>| {
+            while let Some((place, model)) = take(next, models) {
+                if sender.send((place, worker.one(model))).is_err() {
+                    break;
                 }
-            });
+            }
+        };
+        let begin = |_| {
+            let sender = sender.clone();
+            Builder::new().spawn_scoped(scope, move || work(sender)).is_ok()
+        };
+        // Where the system gives no thread, this one does it all and tells of it afterwards.
+        match (0..jobs).filter(|job| begin(*job)).count() {
+            0 => work(sender),
+            _ => drop(sender),
         }
-        drop(sender);
         let bar = world.progress.begin("models", models.len());
         let mut failed = Vec::new();
         for (count, (place, one)) in receiver.iter().enumerate() {
@@ -204,7 +211,7 @@ impl Worker<'_> {
         let (written, fate) = match status.code() {
             Some(0) => (put(&file(".json"), &document), Fate::Done),
             // What the same words would say of the same bytes again.
-            Some(exit @ (1 | 2)) if said.code.as_deref() != Some(NOT_WRITTEN) => {
+            Some(exit @ (1 | 2)) if lasts(exit, said.code.as_deref()) => {
                 let kept = kept(exit, &said, model, &document);
                 (put(&file(".failed"), &kept), failed(said, Some(exit)))
             }
@@ -229,14 +236,35 @@ impl Worker<'_> {
         }
         command.arg("--").arg(model).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn()?;
-        let (out, err) = (child.stdout.take(), child.stderr.take());
-        let (mut document, mut said) = (Vec::new(), Vec::new());
-        std::thread::scope(|scope| {
-            scope.spawn(|| err.map(|err| err.take(1 << 20).read_to_end(&mut said)));
-            out.map(|out| out.take(LARGEST).read_to_end(&mut document)).transpose()
-        })?;
-        Ok((child.wait()?, document, String::from_utf8_lossy(&said).into_owned()))
+        let heard = heard(&mut child);
+        if heard.is_err() {
+            // Nobody listens any more: it must not outlive what is told of it.
+            let _ = child.kill();
+        }
+        let (status, (document, said)) = (child.wait()?, heard?);
+        Ok((status, document, String::from_utf8_lossy(&said).into_owned()))
     }
+}
+
+/// What a process says on stdout and on stderr, both to their ends.
+fn heard(child: &mut Child) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
+    fn all(from: Option<impl Read>, most: u64) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        from.map(|from| from.take(most).read_to_end(&mut bytes)).transpose().map(|_| bytes)
+    }
+    let (out, err) = (child.stdout.take(), child.stderr.take());
+    std::thread::scope(|scope| {
+        let said = Builder::new().spawn_scoped(scope, || all(err, 1 << 20))?;
+        let document = all(out, LARGEST);
+        let said = said.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok((document?, said?))
+    })
+}
+
+/// Whether a failure is the model's: it comes again as long as its bytes are the same. Of those of the command itself (words, a stream that
+/// is shut) none is.
+fn lasts(exit: i32, code: Option<&str>) -> bool {
+    code.map_or(exit == 1, |code| !OF_THE_DAY.contains(&code))
 }
 
 fn failed(said: Said, exit: Option<i32>) -> Fate {
@@ -273,4 +301,21 @@ fn code_and_text(line: &str) -> Option<(Option<&str>, &str)> {
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), BatchError> {
     Ok(Outputs::new([]).claim(path)?.write(bytes)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lasts;
+
+    #[test]
+    fn only_what_a_models_bytes_bring_about_is_kept() {
+        for (exit, code) in
+            [(2, Some("mesh/truncated")), (1, Some("plan/no-plan")), (1, None), (2, Some("file/not-text"))]
+        {
+            assert!(lasts(exit, code), "{exit} {code:?}");
+        }
+        for code in [Some("file/read"), Some("file/write"), Some("input/absent"), None] {
+            assert!(!lasts(2, code), "{code:?}");
+        }
+    }
 }

@@ -7,6 +7,7 @@ use crate::job::printer::PrinterError;
 use crate::link::serial::PortError;
 use crate::link::{ProgramError, Unfit};
 use crate::location::Location;
+use crate::world::in_words;
 
 /// Why a print was not begun, or ended before its end.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
@@ -25,6 +26,12 @@ pub enum SendError {
         port: String,
         /// Their files.
         files: [PathBuf; 2],
+    },
+    /// A thread for each of several prints that the system does not give.
+    #[error("cannot start a thread for each print: {}; nothing was sent, print fewer at once", in_words(source))]
+    NoThread {
+        /// The system's words.
+        source: std::io::Error,
     },
     /// A program that cannot be sent line by line.
     #[error("{}: {source}", path.display())]
@@ -114,6 +121,7 @@ impl SendError {
             | Self::ProgramChanged { path, .. }
             | Self::Ended { path } => Some(Location::path(path)),
             Self::SamePort { .. }
+            | Self::NoThread { .. }
             | Self::NoPrinter(_)
             | Self::ProfileChanged { .. }
             | Self::Refused { .. }

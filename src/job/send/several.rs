@@ -57,7 +57,7 @@ impl Loaded {
 /// # Errors
 ///
 /// As [`send`](super::send()) and [`resume`](super::resume()) before anything is sent, of the first print that cannot begin, and
-/// [`SendError::SamePort`]: then none begins.
+/// [`SendError::SamePort`] and [`SendError::NoThread`]: then none begins.
 pub fn send_several<'o>(
     prints: &[SentPrint<'_>],
     resumes: bool,
@@ -78,7 +78,7 @@ pub fn send_several<'o>(
             ended
         }
     });
-    let ended = side_by_side(tasks.collect()).into_iter().zip(prints);
+    let ended = side_by_side(tasks.collect()).map_err(|source| SendError::NoThread { source })?.into_iter().zip(prints);
     let each = |(ended, print): (Result<(), SendError>, &SentPrint<'_>)| EndedPrint {
         port: print.wire.address.to_string(),
         file: print.request.path.to_owned(),

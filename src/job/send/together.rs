@@ -1,20 +1,41 @@
 //! Several things at the same time, a thread each, for jobs that wait for the world and not for the processor.
 
+use std::convert::Infallible;
 use std::io::IsTerminal;
 use std::panic::resume_unwind;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+
+use crossbeam_channel::bounded;
 
 use super::desk::Desk;
 use crate::link::serial::Address;
 
 /// Does all `tasks`; a panic of one comes when the others have ended.
-pub(super) fn side_by_side<T: Send>(tasks: Vec<impl FnOnce() -> T + Send>) -> Vec<T> {
-    let ended: Vec<thread::Result<T>> = thread::scope(|scope| {
-        let threads: Vec<_> = tasks.into_iter().map(|task| scope.spawn(task)).collect();
-        threads.into_iter().map(|thread| thread.join()).collect()
-    });
-    ended.into_iter().map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic))).collect()
+///
+/// # Errors
+///
+/// The system's, where there is no thread for one of them: then none is begun.
+pub(super) fn side_by_side<T: Send>(tasks: Vec<impl FnOnce() -> T + Send>) -> std::io::Result<Vec<T>> {
+    let all_there = &AtomicBool::new(false);
+    let ended: Vec<thread::Result<Option<T>>> = thread::scope(|scope| {
+        // Nothing comes through it: it opens when its other end goes.
+        let (gate, waits) = bounded::<Infallible>(0);
+        let begin = |task: _| {
+            let waits = waits.clone();
+            let one = move || {
+                let _ = waits.recv();
+                all_there.load(Ordering::SeqCst).then(task)
+            };
+            thread::Builder::new().spawn_scoped(scope, one)
+        };
+        let threads = tasks.into_iter().map(begin).collect::<std::io::Result<Vec<_>>>();
+        all_there.store(threads.is_ok(), Ordering::SeqCst);
+        drop(gate);
+        threads.map(|threads| threads.into_iter().map(|thread| thread.join()).collect())
+    })?;
+    Ok(ended.into_iter().filter_map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic))).collect())
 }
 
 /// The desk at which somebody types for `prints` that go on at the same time; `heard` is called behind each
@@ -30,7 +51,10 @@ pub fn desk(prints: usize, heard: impl Fn(Option<&str>) + Send + 'static) -> Arc
         }
         typed.close();
     };
-    open.then(|| thread::spawn(read));
+    if open && thread::Builder::new().spawn(read).is_err() {
+        // Nobody would hear what is typed.
+        desk.close();
+    }
     desk
 }
 
@@ -54,7 +78,7 @@ mod tests {
         let (send, wait) = crossbeam_channel::bounded(0);
         let tasks: Vec<Box<dyn FnOnce() -> u32 + Send>> =
             vec![Box::new(move || wait.recv().unwrap()), Box::new(move || send.send(7).map_or(0, |()| 8))];
-        assert_eq!(side_by_side(tasks), [7, 8]);
+        assert_eq!(side_by_side(tasks).unwrap(), [7, 8]);
     }
 
     #[test]

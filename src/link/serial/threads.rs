@@ -8,6 +8,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Builder;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
@@ -42,24 +43,26 @@ impl Line {
     #[cfg(not(unix))]
     pub(super) fn device((): (), locked: Native) -> std::io::Result<Self> {
         let reader = serialport::SerialPort::try_clone(&locked)?;
-        Ok(Self::threads(reader, locked))
+        Self::threads(reader, locked)
     }
 
     pub(super) fn stream(stream: TcpStream) -> std::io::Result<Self> {
         stream.set_nonblocking(false)?;
         stream.set_read_timeout(Some(PATIENCE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
-        Ok(Self::threads(stream.try_clone()?, stream))
+        Self::threads(stream.try_clone()?, stream)
     }
 
-    fn threads(reader: impl Read + Send + 'static, writer: impl Write + Send + 'static) -> Self {
+    fn threads(reader: impl Read + Send + 'static, writer: impl Write + Send + 'static) -> std::io::Result<Self> {
         let (to_host, incoming) = unbounded();
         let (outgoing, from_host) = bounded(1);
         let closed = Arc::new(AtomicBool::new(false));
         let (one, two, gone) = (Arc::clone(&closed), Arc::clone(&closed), to_host.clone());
-        std::thread::spawn(move || read_all(reader, &to_host, &one));
-        std::thread::spawn(move || write_all(writer, &from_host, &gone, &two));
-        Self { incoming, outgoing, rest: RefCell::new(None), closed }
+        // A line that comes to nothing is dropped, and so ends the thread that was begun.
+        let line = Self { incoming, outgoing, rest: RefCell::new(None), closed };
+        Builder::new().spawn(move || read_all(reader, &to_host, &one))?;
+        Builder::new().spawn(move || write_all(writer, &from_host, &gone, &two))?;
+        Ok(line)
     }
 
     pub(super) fn wait(&self, wait: Duration, _full: bool) -> bool {

@@ -44,7 +44,7 @@ mod unfollowed;
 mod wire;
 
 #[cfg(unix)]
-pub(crate) use real::{Running, interrupt, killed, profile, simulate};
+pub(crate) use real::{Running, executed, gcode, interrupt, killed, profile, simulate, wanted};
 
 /// Prints a verified file on the simulated printer, which must carry out every line of it and nothing else.
 #[cfg(unix)]

@@ -124,7 +124,7 @@ pub(crate) fn profile(folder: &Path) -> PathBuf {
 }
 
 /// Every move different, in layers, at known poses.
-pub(super) fn gcode(folder: &Path, moves: u32) -> PathBuf {
+pub(crate) fn gcode(folder: &Path, moves: u32) -> PathBuf {
     let mut text = "G21\nG90\nM83\nG28\nG1 A0 F600\nG1 C0 F600\nM104 S200\nM109 S200\nG1 F3000\n".to_owned();
     for i in 0..moves {
         if i % 40 == 0 {
@@ -166,13 +166,13 @@ pub(super) fn plain(line: &str) -> String {
     words.trim().to_owned()
 }
 
-pub(super) fn wanted(gcode: &Path) -> Vec<String> {
+pub(crate) fn wanted(gcode: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(gcode).unwrap();
     text.lines().filter(|l| !l.is_empty() && !l.starts_with(';')).map(plain).collect()
 }
 
 /// What the printer's log says it executed, its housekeeping left out.
-pub(super) fn executed(log: &Path) -> Vec<String> {
+pub(crate) fn executed(log: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(log).unwrap();
     let own = ["M105", "M110", "M115", "M400", "M114"];
     let lines = text.lines().filter_map(|l| l.split_once(" line ").map(|(_, block)| block));

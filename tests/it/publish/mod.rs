@@ -1,6 +1,8 @@
 //! `trunnion publish`: a file goes to a server once, the same bytes, and is started only when asked; every bad day is a sentence.
 
 mod answers;
+#[cfg(unix)]
+mod faults;
 mod octoprint;
 mod recipes;
 mod scissors;
