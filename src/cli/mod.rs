@@ -57,7 +57,7 @@ pub fn run() -> ExitCode {
         }
     };
     start_threads();
-    let console = Console::new(args.json, args.quiet, args.verbose);
+    let console = Console::new(args.json, args.quiet, args.verbose, args.max_memory);
     let many = batch::run(&args, &console);
     let done = many.unwrap_or_else(|| match args.verb {
         Verb::Prepare(verb) => prepare::run(&verb, &console),

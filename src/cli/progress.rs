@@ -19,6 +19,8 @@ pub(crate) struct Console {
     json: bool,
     quiet: bool,
     verbose: bool,
+    /// What reading may take, MB.
+    max_memory: Option<u64>,
     /// The first result that did not arrive.
     lost: OnceLock<Error>,
     /// Whether stdout has had anything, of any row.
@@ -31,14 +33,18 @@ pub(crate) struct Console {
 const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
-    pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
+    pub(super) fn new(json: bool, quiet: bool, verbose: bool, max_memory: Option<u64>) -> Self {
         let (lost, searches) = (OnceLock::new(), interrupts::Searches::default());
-        Self { json, quiet, verbose, lost, spoke: Arc::default(), row: None, searches }
+        Self { json, quiet, verbose, max_memory, lost, spoke: Arc::default(), row: None, searches }
     }
 
     /// The same screen for one of several things that go on at the same time.
     pub(super) fn row(&self, row: Row) -> Self {
-        Self { row: Some(row), spoke: self.spoke.clone(), ..Self::new(self.json, self.quiet, self.verbose) }
+        Self {
+            row: Some(row),
+            spoke: self.spoke.clone(),
+            ..Self::new(self.json, self.quiet, self.verbose, self.max_memory)
+        }
     }
 
     /// Its name, where it shares the screen.
@@ -164,7 +170,8 @@ impl Console {
 
     /// This computer, with this terminal watching.
     pub(crate) fn world(&self) -> World<'_> {
-        World { slicers: &Installed { interrupt: interrupts::stop_slicers }, ..World::here(self) }
+        let memory = self.max_memory.map(|mb| mb.saturating_mul(1_000_000));
+        World { slicers: &Installed { interrupt: interrupts::stop_slicers }, memory, ..World::here(self) }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::args::Publish as Verb;
 use super::{Console, Failure, send};
 use crate::document::{self, text};
-use crate::job::{self, PublishRequest, Verified};
+use crate::job::{self, PublishRequest, Source, Verified};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -14,7 +14,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Some(plan) => send::proved(&args.gcode, plan, &world)?,
         None if args.unverified => {
             console.warning(text::PUBLISHED_UNVERIFIED);
-            Verified::unverified(world.files.read(&args.gcode)?)
+            Verified::unverified(Source::from(&args.gcode).program(&world)?.into_owned())
         }
         None => return Err(Failure::Usage(text::ONLY_VERIFIED_IS_PUBLISHED.to_owned())),
     };

@@ -59,7 +59,7 @@ fn load(
             if args.unverified { "--unverified has no plan that names the machine; pass -m PROFILE" } else { UNPROVED };
         return Err(Failure::Usage(missing.to_owned()));
     };
-    let program = Verified::unverified(world.files.read(path)?);
+    let program = Verified::unverified(Source::from(path).program(&world)?.into_owned());
     let profile = Some(job::load_profile(&profile.into(), &world)?);
     profile.iter().for_each(|machine| warn(machine, args, console));
     let path = path.display();

@@ -24,6 +24,18 @@ pub enum InputError {
         /// The name that may be meant.
         near: Option<String>,
     },
+    /// A file that takes more memory than it may.
+    #[error(
+        "{file}: reading it takes at least {needs_mb} MB of memory, and --max-memory allows {most_mb} MB; allow more, or simplify the file"
+    )]
+    Memory {
+        /// The file.
+        file: String,
+        /// What it takes at the least, 10^6 bytes.
+        needs_mb: u64,
+        /// What it may take.
+        most_mb: u64,
+    },
     /// A web address; nothing is fetched.
     #[error("{address}: web addresses are not fetched; download it and give the file")]
     Address {
@@ -139,7 +151,9 @@ impl InputError {
     pub fn location(&self) -> Option<Location> {
         match self {
             Self::File(error) => Some(error.location()),
-            Self::Absent { file, .. } | Self::Layers { file, .. } => Some(Location::file(file)),
+            Self::Absent { file, .. } | Self::Memory { file, .. } | Self::Layers { file, .. } => {
+                Some(Location::file(file))
+            }
             Self::NoModel { plan, .. } | Self::Unit { plan, .. } => Some(Location::file(plan)),
             Self::Hidden { path, .. } => Some(Location::path(path)),
             Self::Mesh(error) => Some(error.location()),

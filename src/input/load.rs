@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
-use super::{BadExtends, BadSetting, InputError};
+use super::{BadExtends, BadSetting, InputError, memory};
 use crate::assembly::as_printed;
 use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
@@ -88,6 +88,7 @@ pub(crate) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<Load
     let bytes = from.source.bytes(world)?;
     let file = from.source.name().into_owned();
     let options = ReadOptions { unit: from.unit, repair: from.repair, plates: from.plates };
+    memory::of_model(&file, &bytes, from.plates, world)?;
     let model = as_printed(read_project(&bytes, &file, &options)?)?;
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
 }

@@ -25,6 +25,7 @@
 
 mod error;
 mod load;
+pub(crate) mod memory;
 mod process;
 mod setting;
 mod source;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::InputError;
+use super::{InputError, memory};
 use crate::mesh::{ProjectPlates, Repair, Unit};
 use crate::profile::Profile;
 use crate::spelling::nearest;
@@ -43,9 +43,22 @@ impl Source {
 
     pub(crate) fn bytes(&self, world: &World<'_>) -> Result<Cow<'_, [u8]>, InputError> {
         match self {
-            Self::File(path) => Ok(Cow::Owned(world.files.read(path).map_err(|error| missing(path, error, world))?)),
+            Self::File(path) => {
+                let absent = |error| missing(path, error, world);
+                if world.memory.is_some() {
+                    memory::of_file(&self.name(), world.files.size(path).map_err(absent)?, world)?;
+                }
+                Ok(Cow::Owned(world.files.read(path).map_err(absent)?))
+            }
             Self::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
         }
+    }
+
+    /// The bytes of a program that is to be followed.
+    pub(crate) fn program(&self, world: &World<'_>) -> Result<Cow<'_, [u8]>, InputError> {
+        let bytes = self.bytes(world)?;
+        memory::of_program(&self.name(), &bytes, world)?;
+        Ok(bytes)
     }
 
     pub(crate) fn text(&self, world: &World<'_>) -> Result<String, InputError> {

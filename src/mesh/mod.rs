@@ -68,7 +68,7 @@ pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_G
 pub use model::{Away, DrawnModel, Model, Part, TABLE_GAP_MM};
 pub use neighbours::Neighbours;
 pub use pieces::{ConvexPiece, pieces};
-pub use read::{ProjectPlates, ReadOptions, Repair, read_model, read_project, read_surface};
+pub use read::{ProjectPlates, ReadOptions, Repair, facets_told, read_model, read_project, read_surface};
 pub use soup::OtherVolume;
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{INCHES_BELOW, METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};

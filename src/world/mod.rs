@@ -78,6 +78,8 @@ pub struct World<'a> {
     pub clock: &'a dyn Clock,
     /// Whoever watches.
     pub progress: &'a dyn Progress,
+    /// Bytes of memory that reading an input may take, as far as that can be told beforehand; `None`: as many as there are.
+    pub memory: Option<u64>,
 }
 
 /// Files as jobs read them.
@@ -252,6 +254,7 @@ impl<'a> World<'a> {
             web: &OwnWeb,
             clock: &SystemClock,
             progress,
+            memory: None,
         }
     }
 }

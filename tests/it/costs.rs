@@ -1,10 +1,12 @@
 //! What a byte may cost (`docs/explanation/costs.md`): steps are counted, which every computer has alike, and never seconds.
 
 use trunnion::job::{self, CheckedPlan, PlanSource, Silent, Source, VerifyRequest, World};
+use trunnion::mesh::{stl_binary, threemf};
 use trunnion::verify::Report;
 
 use crate::mutants::Victim;
-use crate::support::{Numbers, note, seeds};
+use crate::split::solids::ball;
+use crate::support::{Numbers, fails, folder, note, said, seeds, trunnion};
 
 /// Steps of a changed file's replay for each of the clean one's.
 const MOST: f64 = 3.0;
@@ -102,4 +104,87 @@ fn a_stray_word_of_the_table_is_said_once() {
             report.counts
         );
     }
+}
+
+/// What reading takes at the least, as `docs/explanation/costs.md` has it: whole MB.
+fn needed_mb(bytes: usize, facets: usize, moves: usize) -> usize {
+    (8_000_000 + bytes + 95 * facets + 39 * moves).div_ceil(1_000_000)
+}
+
+/// The document of a call that is held to `most` MB.
+fn held(folder: &std::path::Path, words: &[&str], most: usize) -> (Option<i32>, serde_json::Value, String) {
+    let most = most.to_string();
+    let run = trunnion().current_dir(folder).args(words).args(["--json", "--max-memory", &most]).output().unwrap();
+    (run.status.code(), serde_json::from_slice(&run.stdout).unwrap_or_default(), said(&run))
+}
+
+#[test]
+fn what_takes_more_memory_than_it_may_is_refused_before_the_work() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let mesh = ball(20.0, 120).mesh();
+    let placed: Vec<_> = (0..3).map(|i| (format!("ball {i}"), &mesh)).collect();
+    for (name, bytes, facets) in
+        [("ball.stl", stl_binary(&mesh), mesh.facets().len()), ("ball.3mf", threemf(&placed), 3 * mesh.facets().len())]
+    {
+        std::fs::write(at(name), &bytes).unwrap();
+        let needs = needed_mb(bytes.len(), facets, 0);
+        // Its size alone would do.
+        assert!(needed_mb(bytes.len(), 0, 0) < needs - 1, "{name}: {facets} facets need {needs} MB");
+        for words in [
+            &["inspect"][..],
+            &["orient"],
+            &["plan", "-m", "generic-ac"],
+            &["prepare", "-m", "generic-ac", "-o", "out.gcode"],
+            &["preview", "-m", "generic-ac", "-o", "out.html"],
+            &["support", "-o", "out.stl"],
+            &["split", "-m", "generic-ac", "-o", "out.3mf"],
+            &["pack", "--space", "200,200,200", "-o", "out"],
+        ] {
+            let words = [&words[..1], &[name], &words[1..]].concat();
+            let (code, document, said) = held(folder.path(), &words, needs - 1);
+            assert_eq!((code, document["code"].as_str()), (Some(2), Some("input/memory")), "{words:?}: {said}");
+            assert!(
+                fails(&said, &format!("input/memory: {name} | {needs} MB | {} MB", needs - 1)),
+                "{words:?}: {said}"
+            );
+        }
+        let (code, document, said) = held(folder.path(), &["inspect", name], needs);
+        let count: u64 =
+            document["parts"].as_array().unwrap().iter().map(|part| part["facets"].as_u64().unwrap()).sum();
+        assert_eq!((code, count), (Some(0), facets as u64), "{name}: {said}");
+    }
+    for name in ["out.gcode", "out.html", "out.stl", "out.3mf"] {
+        assert!(!at(name).exists(), "{name} is there");
+    }
+    assert_eq!(std::fs::read_dir(at("out")).unwrap().count(), 0, "plates are there");
+}
+
+#[test]
+fn a_program_that_takes_more_memory_than_it_may_is_not_followed() {
+    let victim = Victim::of("two-boxes");
+    let folder = victim.folder.path();
+    let whole = std::fs::read_to_string(folder.join("whole.gcode")).unwrap();
+    let own = whole.lines().filter(|line| line.starts_with("G1 ") || line.starts_with("G0 ")).count();
+    let long = whole.clone() + &"G1 X1 Y1\n".repeat(100_000);
+    std::fs::write(folder.join("long.gcode"), &long).unwrap();
+    let needs = needed_mb(long.len(), 0, own + 100_000);
+    assert!(needed_mb(long.len(), 0, 0) < needs - 1, "{needs}");
+    let plan = victim.plan.to_str().unwrap();
+    for words in [
+        &["verify", "long.gcode", "--plan", plan][..],
+        &["verify", "long.gcode", "-m", "generic-ac"],
+        &["preview", "long.gcode", "--plan", plan, "-o", "out.html"],
+        &["rewrite", "long.gcode", "--plan", plan, "-o", "out.gcode"],
+        &["send", "long.gcode", "--plan", plan, "--dry-run"],
+        &["send", "long.gcode", "--unverified", "-m", "generic-ac", "--dry-run"],
+        &["publish", "long.gcode", "--plan", plan, "--to", "octoprint:http://127.0.0.1:9"],
+        &["publish", "long.gcode", "--unverified", "--to", "octoprint:http://127.0.0.1:9"],
+    ] {
+        let (code, document, said) = held(folder, words, needs - 1);
+        assert_eq!((code, document["code"].as_str()), (Some(2), Some("input/memory")), "{words:?}: {said}");
+    }
+    assert!(!folder.join("out.html").exists() && !folder.join("out.gcode").exists());
+    let (code, _, said) = held(folder, &["verify", "whole.gcode", "--plan", plan], needs);
+    assert_eq!(code, Some(0), "{said}");
 }

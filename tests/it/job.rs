@@ -124,7 +124,15 @@ fn the_main_job_needs_nothing_but_its_world() {
     let (made, seen) = (Made { looks: Cell::new(0) }, Seen::default());
     let Source::Bytes { bytes, .. } = fixture("two-boxes.stl") else { unreachable!() };
     let shelf = Shelf(BTreeMap::from([(PathBuf::from("two-boxes.stl"), bytes)]));
-    let world = World { files: &shelf, slicers: &made, ports: &made, web: &OwnWeb, clock: &made, progress: &seen };
+    let world = World {
+        files: &shelf,
+        slicers: &made,
+        ports: &made,
+        web: &OwnWeb,
+        clock: &made,
+        progress: &seen,
+        memory: None,
+    };
     let request = PrepareRequest::new("two-boxes.stl", generic());
     let done = job::prepare(&request, &world).unwrap();
     assert_eq!(*seen.0.borrow(), ["read 2", "planned 2", "slicing 2", "sliced 2"]);

@@ -50,6 +50,9 @@ pub(in crate::cli) struct Args {
     /// Print more
     #[arg(short, long, global = true, help_heading = GENERAL)]
     pub(in crate::cli) verbose: bool,
+    /// Refuse models and programs that are known to take more memory
+    #[arg(long, global = true, value_name = "MB", help_heading = GENERAL, hide_short_help = true, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(in crate::cli) max_memory: Option<u64>,
     /// Print help: -h for everyday options, --help for all options
     #[arg(id = "help", short, long = "help", global = true, action = clap::ArgAction::Help, help_heading = GENERAL)]
     _help: Option<bool>,

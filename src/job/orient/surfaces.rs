@@ -3,8 +3,8 @@
 use super::error::OrientError;
 use super::{OrientAsked, OrientRequest, PartChoice};
 use crate::geom::Object;
-use crate::input::load_unposed;
 use crate::input::{BadSetting, InputError, ModelSource};
+use crate::input::{load_unposed, memory};
 use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, Repair, TriangleMesh, fanned, read_surface};
 use crate::spelling::counted;
 use crate::world::World;
@@ -57,6 +57,7 @@ pub(super) fn meshes(
 
 fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, OrientError> {
     let bytes = model.source.bytes(world)?;
+    memory::of_model(&model.source.name(), &bytes, model.plates, world)?;
     let options = ReadOptions { unit: model.unit, repair: Repair::Off, plates: model.plates };
     let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);
     Ok(read?)

@@ -118,7 +118,7 @@ pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewRes
 }
 
 fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<PreviewResult, PrintError> {
-    let bytes = source.bytes(world)?;
+    let bytes = source.program(world)?;
     let file = source.name().into_owned();
     match made_by(&bytes) {
         None => return Err(PrintError::NotOurs { file }),

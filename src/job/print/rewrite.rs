@@ -58,7 +58,7 @@ fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Pri
     let plan = request.plan;
     let mut sources = Vec::new();
     for source in &request.sliced {
-        sources.push((source.name(), source.bytes(world)?));
+        sources.push((source.name(), source.program(world)?));
     }
     let mut segments = Vec::new();
     for (file, bytes) in &sources {

@@ -57,7 +57,7 @@ impl VerifyResult {
 ///
 /// What keeps the program from being read.
 pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, PrintError> {
-    let program = request.program.bytes(world)?.into_owned();
+    let program = request.program.program(world)?.into_owned();
     Ok(replayed(program, request.plan, world))
 }
 
@@ -86,7 +86,7 @@ pub struct RefereeResult {
 /// What keeps program or machine from being read; [`PrintError::Unjudged`] for a program of which no rule says anything.
 pub fn referee(request: &RefereeRequest<'_>, world: &World<'_>) -> Result<RefereeResult, PrintError> {
     let machine = load_profile(request.machine, world)?;
-    let program = request.program.bytes(world)?;
+    let program = request.program.program(world)?;
     let start = world.clock.now();
     let file = || request.program.name().into_owned();
     let refereed =

@@ -12,8 +12,10 @@ mod strangers;
 mod threemf;
 mod threemf_package;
 mod threemf_xml;
+mod told;
 
 pub use plates::ProjectPlates;
+pub use told::facets_told;
 
 use super::error::{Fault, FilePlace, Located, MeshError};
 use super::soup::Soup;

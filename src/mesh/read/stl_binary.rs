@@ -25,6 +25,11 @@ fn needed(count: u32) -> u64 {
     HEADER as u64 + FACET as u64 * u64::from(count)
 }
 
+/// Facets that the count asks for, as far as there are bytes for them.
+pub(super) fn told(bytes: &[u8]) -> usize {
+    count(bytes).map_or(0, |count| (count as usize).min((bytes.len() - HEADER) / FACET))
+}
+
 /// Reads the corners, equal ones once; stored normals are ignored, since they only repeat what the winding says.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let have = bytes.len() as u64;

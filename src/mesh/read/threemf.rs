@@ -51,6 +51,17 @@ pub(super) fn read(bytes: &[u8], plates: ProjectPlates) -> Result<Soup, Located>
     Ok(soup)
 }
 
+/// Facets that are placed; nothing is made of them.
+pub(super) fn placed(bytes: &[u8], plates: ProjectPlates) -> Result<usize, Located> {
+    let mut package = Package::open(bytes)?;
+    let root = package.root_path();
+    let roles = package.roles()?;
+    package.load(&root)?;
+    package.files[&root].without_settings(roles.known);
+    let [_, facets, _] = Build::new(package, roles, plates).counted_first(&root)?.counted;
+    Ok(facets)
+}
+
 /// Objects being placed into the soup.
 struct Build<'a> {
     package: Package<'a>,
