@@ -37,6 +37,8 @@ struct Piece {
     follows: [bool; 3],
     /// Whether it carries the tip.
     tip: bool,
+    /// Whether it keeps its attitude while the tool turns.
+    stays: bool,
 }
 
 /// The head meets something, or how far it stays away.
@@ -64,6 +66,11 @@ impl Head {
         }
     }
 
+    /// Of this head what keeps its attitude while the tool turns.
+    pub(super) fn staying(&self) -> Self {
+        Self { pieces: self.pieces.iter().filter(|piece| piece.stays).cloned().collect(), posed: None }
+    }
+
     /// A head of these bodies; those that begin at the tip carry it.
     pub fn from_bodies(bodies: &[Body]) -> Self {
         Self::reaching(bodies, UPWARD, 1e-3)
@@ -83,6 +90,7 @@ impl Head {
                 fans: Fans::of(&body.points, upward),
                 follows: body.follows,
                 tip: carries_tip(body, contact),
+                stays: body.stays,
             }
         });
         Self { pieces: pieces.collect(), posed: None }
@@ -96,6 +104,7 @@ impl Head {
                 fans: Fans::of(&[Vec3::zeros()], UPWARD),
                 follows: [true; 3],
                 tip: true,
+                stays: false,
             }],
             posed: None,
         }

@@ -80,6 +80,23 @@ impl<'a> SwivelRoute<'a> {
         pose.tilt.abs().deg() <= MOST_LEAN_DEG
     }
 
+    /// The way out of a print along the tool, frame `Machine` at `to`: corners of all that the tip may pass.
+    pub(super) fn way_out(&self, table: &TableKinematics, part: &Solid, standing: &[&Solid], to: Pose) -> Vec<Vec3> {
+        let motion = table.forward(to);
+        let top = part.reached(&motion).max.z;
+        let beyond = standing.iter().map(|solid| solid.reached(&motion).max.z).fold(top, f64::max) + self.clearance_mm;
+        let at = |p: &Vec3| motion.point((*p).into()).at;
+        part.points().iter().map(at).flat_map(|p| [top, beyond].map(|z| Vec3::new(p.x, p.y, z))).collect()
+    }
+
+    /// What stops the last turn, back to level.
+    pub(super) fn ends(&self, standing: &[&Solid], from: Pose, to: Pose) -> Option<String> {
+        let top = standing.iter().flat_map(|solid| solid.points()).map(|p| p.z).fold(0.0, f64::max);
+        let middle = [self.swivel.table.x, self.swivel.table.y];
+        let stopped = self.place(&[middle], self.height(top, Some(from), to), Some(from), to);
+        stopped.err().map(|out| format!("while the head turns back, {out}"))
+    }
+
     /// What the head cannot do on the way to a print of `part` at `to` while the others stand, in words.
     pub(super) fn stopped(
         &self,

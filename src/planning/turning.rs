@@ -163,10 +163,28 @@ impl<'a> Turns<'a> {
                 if let Some(text) = route.stopped(self.table, &self.parts[part], &standing, from, to) {
                     return Some(Struck { to: parts, part: None, pose: to, text });
                 }
+                let way = route.way_out(self.table, &self.parts[part], &standing, to);
+                if let Some((met, text)) = self.met_on(&way, &printed, to) {
+                    return Some(Struck { to: parts, part: met, pose: to, text });
+                }
             }
             (from, printed) = (Some(to), [printed, parts].concat());
         }
-        None
+        let (from, standing) = (from?, self.standing(&printed).map(|(_, solid)| solid).collect::<Vec<_>>());
+        let to = Pose { tilt: Pose::LEVEL.tilt, ..from };
+        let text = route.ends(&standing, from, to)?;
+        Some(Struck { to: Vec::new(), part: None, pose: to, text })
+    }
+
+    /// What stands in the way of a piece that does not turn with the tool, which goes along where the rest of the head has been looked at.
+    fn met_on(&self, way: &[Vec3], printed: &[usize], at: Pose) -> Option<(Option<usize>, String)> {
+        let (motion, head) = (self.table.forward(at), self.head.at(at));
+        let staying = head.staying();
+        self.standing(printed).find_map(|(stands, solid)| {
+            let solid = solid.moved(&motion.rotation, &motion.translation);
+            let text = || format!("on the way out along the tool, the head would meet {}", stands.named());
+            (!staying.sweeps_clear(way, &solid, 0.0)).then(|| (stands.part(), text()))
+        })
     }
 
     /// The height of the tip while the table turns, as the rewriter chooses it.
