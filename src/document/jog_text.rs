@@ -84,7 +84,11 @@ pub fn jogged(done: &JogResult) -> String {
 
 /// What a machine is believed to be and was not looked at: its axes, its head; `None` where somebody has looked.
 pub fn unseen(profile: &Profile, name: &str) -> Option<String> {
-    let command = format!("trunnion machine jog -m {name} --port PORT");
+    let command = if profile.kinematics().is_table() {
+        format!("trunnion machine jog -m {name} --port PORT")
+    } else {
+        "move each axis by hand, cold and high above the table".to_owned()
+    };
     let head = profile.head_is_assumed().then(|| {
         format!("the head of {name} is assumed; measure yours (docs/how-to/machine.md), or set [head] measured = true")
     });

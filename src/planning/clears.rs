@@ -5,7 +5,7 @@ use super::collision::Head;
 use super::owed::Owed;
 use super::plan::TimeSlot;
 use super::solid::Solid;
-use super::turning::{REMEDY, Turns};
+use super::turning::{Turns, remedy};
 use super::workpiece::Workpiece;
 use crate::geom::Table;
 use crate::mesh::TriangleMesh;
@@ -51,7 +51,7 @@ pub fn turn_struck(
     let supports: Vec<(usize, Solid)> = supports.iter().map(|(part, mesh)| (*part, Solid::of(mesh))).collect();
     let (table, head, slab) = (profile.kinematics(), Head::of(profile), Solid::hull(profile.table_slab()));
     let turns = Turns::with_supports(profile, &table, &head, &parts, &supports, &slab);
-    turns.struck(slots).map(|struck| format!("{}; {REMEDY}", struck.text))
+    turns.struck(slots).map(|struck| format!("{}; {}", struck.text, remedy(profile)))
 }
 
 #[cfg(test)]

@@ -8,14 +8,14 @@
 //! the head for a tip inside the part also does for a tip lower down, and so for one on the part's surface; and no bounded
 //! obstacle can swallow the head.
 
-use std::borrow::Cow;
-use std::sync::Arc;
+use std::ops::Deref;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::fans::Fans;
 use super::owed::{Owed, carries_tip, contact_mm};
 use super::solid::{Solid, Tool};
 use crate::geom::convex::Separation;
-use crate::geom::{Body, Machine, Rigid, Vec3};
+use crate::geom::{Body, Hull, Machine, Rigid, Vec3};
 use crate::motion::Pose;
 use crate::profile::Profile;
 
@@ -27,7 +27,49 @@ const UPWARD: f64 = 2000.0;
 pub struct Head {
     pieces: Vec<Piece>,
     /// The machine, where a piece looks otherwise at each pose.
-    posed: Option<Arc<Profile>>,
+    posed: Option<Arc<Posed>>,
+}
+
+/// A machine, and its head at the poses that were asked for.
+#[derive(Debug)]
+struct Posed {
+    profile: Profile,
+    seen: Mutex<Vec<(Pose, Arc<Head>)>>,
+}
+
+/// A head at a pose.
+pub enum HeadSeen<'a> {
+    /// As at every other.
+    Same(&'a Head),
+    /// Another one.
+    Own(Arc<Head>),
+}
+
+impl Deref for HeadSeen<'_> {
+    type Target = Head;
+
+    fn deref(&self) -> &Head {
+        match self {
+            Self::Same(head) => head,
+            Self::Own(head) => head,
+        }
+    }
+}
+
+impl Posed {
+    fn at(&self, pose: Pose) -> Arc<Head> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = seen.iter().find(|(at, _)| *at == pose) {
+            return known.clone();
+        }
+        let mut bodies = self.profile.head_bodies_at(pose);
+        for body in bodies.iter_mut().filter(|body| body.stays) {
+            body.points = Hull::of(&body.points).pruned().points;
+        }
+        let head = Arc::new(Head::reaching(&bodies, UPWARD, contact_mm(&self.profile)));
+        seen.push((pose, head.clone()));
+        head
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -54,16 +96,14 @@ impl Head {
     /// The head of `profile`.
     pub fn of(profile: &Profile) -> Self {
         let bodies = profile.head_bodies();
-        let posed = bodies.iter().any(|body| body.stays).then(|| Arc::new(profile.clone()));
+        let posed = || Posed { profile: profile.clone(), seen: Mutex::default() };
+        let posed = bodies.iter().any(|body| body.stays).then(|| Arc::new(posed()));
         Self { posed, ..Self::reaching(&bodies, UPWARD, contact_mm(profile)) }
     }
 
     /// The head as it is seen from the tool at `pose`: another one only where a piece does not turn with the tool.
-    pub fn at(&self, pose: Pose) -> Cow<'_, Self> {
-        match &self.posed {
-            None => Cow::Borrowed(self),
-            Some(profile) => Cow::Owned(Self::reaching(&profile.head_bodies_at(pose), UPWARD, contact_mm(profile))),
-        }
+    pub fn at(&self, pose: Pose) -> HeadSeen<'_> {
+        self.posed.as_ref().map_or(HeadSeen::Same(self), |posed| HeadSeen::Own(posed.at(pose)))
     }
 
     /// Of this head what keeps its attitude while the tool turns.

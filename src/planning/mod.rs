@@ -65,7 +65,7 @@ pub use crate::overhang::FREE_SPAN_MM;
 pub use candidates::{Candidate, table_solid};
 pub use changes::HOP_MM;
 pub use clears::{Obstacle, turn_struck};
-pub use collision::Head;
+pub use collision::{Head, HeadSeen};
 pub use goal::{Goal, PLAN_TERMS};
 pub use infeasible::{Hanging, Infeasible, MOST_PARTS, Reason};
 pub use joint::{Printed, joint_gap_mm};

@@ -9,7 +9,7 @@ use super::plan::{Print, TimeSlot};
 use super::pricing::{Pricing, WithinSlot};
 use super::sequence::{End, Problem, Sequence, enumerate};
 use super::site::{Site, set_of};
-use super::turning::{REMEDY, Struck, Turns};
+use super::turning::{Struck, Turns, remedy};
 use super::whynot;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
@@ -141,13 +141,13 @@ pub fn plan(
     on_task(workpiece, profile, directions, options, |task| task.solve_with_turns()).map_err(|end| match end {
         Stuck::Before(no) => no,
         Stuck::Search(End::Budget) => Infeasible::Budget { steps: options.budget },
-        Stuck::Turns(struck) => no_turn(workpiece, &struck),
+        Stuck::Turns(struck) => no_turn(workpiece, profile, &struck),
         Stuck::Ways | Stuck::Search(_) => why_not(),
     })
 }
 
 /// No sequence whose turns are all clear: what was struck, turn by turn.
-fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
+fn no_turn(workpiece: &Workpiece<'_>, profile: &Profile, struck: &[Struck]) -> Infeasible {
     let reason = |one: &Struck| Reason {
         part: one.to.first().or(one.part.as_ref()).copied().unwrap_or_default(),
         up: [0.0, 0.0, 1.0],
@@ -161,7 +161,7 @@ fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
     let reasons: Vec<Reason> = struck.iter().map(reason).collect();
     let nearest = struck.last().map(|one| one.text.as_str()).unwrap_or_default();
     let parts = workpiece.parts.len();
-    let summary = format!("no order prints all {parts} parts with every turn of the table clear: {nearest}; {REMEDY}");
+    let summary = format!("no order prints all {parts} parts with every turn clear: {nearest}; {}", remedy(profile));
     Infeasible::NoPlan { summary, reasons, least: false }
 }
 

@@ -1,11 +1,9 @@
 //! Parts at their poses: who is in whose way, and how much room is left.
 
-use std::borrow::Cow;
-
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Setups};
-use super::collision::{Clearance, Head};
+use super::collision::{Clearance, HeadSeen};
 use super::owed::{LIFT_LAYERS, Owed, TOUCHING_MM, contact_mm};
 use super::part_set::PartSet;
 use super::sequence::{Choice, Sequence};
@@ -29,7 +27,7 @@ pub(super) struct Site<'a> {
     /// By setup.
     motions: Vec<Rigid<Table, Machine>>,
     /// The same: the head as the tool sees it.
-    heads: Vec<Cow<'a, Head>>,
+    heads: Vec<HeadSeen<'a>>,
     /// By setup: parts that the frame would meet.
     at_frame: Vec<PartSet>,
 }

@@ -27,7 +27,16 @@ const ROOM_MM: f64 = 0.15;
 const LEAST_STEP_MM: f64 = 0.05;
 
 /// What helps where a turn is not clear.
-pub(super) const REMEDY: &str = "raise [limits] z_mm if the machine has more travel, set [transition] park_mm beside the table, or move the model (--origin)";
+const REMEDY: &str = "raise [limits] z_mm if the machine has more travel, set [transition] park_mm beside the table, or move the model (--origin)";
+
+/// The same where the head turns.
+const HEADS_REMEDY: &str =
+    "move the model (--origin, --turn), or correct the stop in [limits] if the machine has more travel";
+
+/// What helps on a machine.
+pub(super) fn remedy(profile: &Profile) -> &'static str {
+    if profile.kinematics().head.is_some() { HEADS_REMEDY } else { REMEDY }
+}
 
 /// A turn that is not clear.
 #[derive(Clone, Debug, PartialEq)]

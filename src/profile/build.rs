@@ -377,7 +377,8 @@ impl Profile {
         let stays = turning(&self.head.body).or_else(|| turning(&self.fixed.body));
         let square = self.misaligned().is_none();
         let both = head && rotation.turns == AxisTurns::Head;
-        let rows: [(&str, bool, String, &str); 11] = [
+        let beam = self.head.body.iter().find(|body| head && body.turns && body.moves != "XYZ");
+        let rows: [(&str, bool, String, &str); 13] = [
             (
                 "kinematics.rotation.turns",
                 rotation.turns != AxisTurns::Head || head,
@@ -418,7 +419,13 @@ impl Profile {
                 "fixed.body",
                 !head || self.fixed.body.is_empty(),
                 format!("{} pieces", self.fixed.body.len()),
-                "empty where the head tilts: pieces of the frame beside it are not followed; say them as pieces of the head with turns = false",
+                "empty where the head tilts: pieces of the frame beside it are not followed yet",
+            ),
+            (
+                "head.body",
+                !self.head.body.iter().any(|body| head && !body.moves.contains('Z')),
+                "a piece without Z in moves".to_owned(),
+                "moves with Z where the head tilts: what stays at its height while the head goes up is not followed yet",
             ),
             (
                 "head.body",
@@ -443,6 +450,16 @@ impl Profile {
                 tilt.holding_nm.is_none() || tilt.turns == AxisTurns::Table,
                 "given".to_owned(),
                 "absent where the tilt axis does not carry the table",
+            ),
+            (
+                "head.body",
+                beam.is_none(),
+                format!(
+                    "moves = {:?} of {:?}",
+                    beam.map_or("", |body| &body.moves),
+                    beam.map_or("", |body| &body.name)
+                ),
+                "\"XYZ\" of what turns with the tool; a piece that does not follow all axes keeps its attitude (turns = false)",
             ),
         ];
         let wrong = rows.into_iter().find(|(_, fine, ..)| !fine);

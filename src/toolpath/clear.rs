@@ -1,11 +1,9 @@
 //! Whether a travel at a pose clears what stands there, and how high it must go if not.
 
-use std::borrow::Cow;
-
 use super::inputs::RewriteJob;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::{Head, Solid, contact_mm, table_solid};
+use crate::planning::{Head, HeadSeen, Solid, contact_mm, table_solid};
 
 /// How deep the middle of the tip may run into what stands, in layers: by so much a slicer rounds a top up or down.
 const GRAZE_LAYERS: f64 = 0.5;
@@ -15,7 +13,7 @@ const NEAR_CONTACTS: f64 = 2.0;
 
 /// What stands at one pose before a setup begins: the table, the parts printed before, and their supports.
 pub(super) struct Obstacles<'a> {
-    head: Cow<'a, Head>,
+    head: HeadSeen<'a>,
     /// The tip's middle alone.
     tip: Head,
     graze: f64,

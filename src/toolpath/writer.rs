@@ -295,9 +295,9 @@ impl<'a> Writer<'a> {
         });
         let places = [self.out.words(), above, Some(head.table)].map(|words| words.map(|p| [p.x, p.y]));
         let places: Vec<[f64; 2]> = places.into_iter().flatten().collect();
-        match route.place(&places, height, self.pose, pose) {
+        let z = self.out.words().map_or(height, |words| words.z.max(height));
+        match route.place(&places, z, self.pose, pose) {
             Ok([x, y]) => {
-                let z = self.out.words().map_or(height, |words| words.z);
                 self.out.go_words(Vec3::new(x, y, z), feed);
             }
             Err(out) => self.out.beyond = self.out.beyond.or(Some(out)),

@@ -313,6 +313,7 @@ impl<'a> Checker<'a> {
         self.line = m.line;
         self.beside_turn(m.wrote_rotary());
         self.check_limits(m);
+        self.check_followed(m);
         self.check_homed(m);
         self.check_slow(m);
         let turns = self.trace.turns(m);
@@ -352,10 +353,25 @@ impl<'a> Checker<'a> {
     fn check_swivelled(&mut self, m: &TraceMove) {
         let Some(head) = &self.table.head else { return };
         let (from, to) = (self.trace.state_before(m).pose(), self.trace.state(m).pose());
-        let Some(([start, end], pose)) = m.ends().zip(to) else { return };
-        let axes = match from.filter(|_| self.trace.turns(m)) {
+        let end = m.to[0].zip(m.to[1]).zip(m.to[2]).map(|((x, y), z)| Vec3::new(x, y, z));
+        let (Some(end), Some(pose)) = (end, to) else {
+            // Each known word for itself, as that of the upright tool.
+            let middle = (self.limits.min + self.limits.max) * 0.5;
+            let words = |i: usize| m.to[i].filter(|_| m.wrote(i)).map(|v| v + head.table[i]);
+            let out = (0..3).find_map(|i| {
+                let mut probe = middle;
+                probe[i] = words(i)?;
+                self.limits.violation(&probe)
+            });
+            if let Some(out) = out {
+                let (low, high) = out.range;
+                self.say(Rule::AxisLimit, [out.value, if out.value < low { low } else { high }], || out.to_string());
+            }
+            return;
+        };
+        let axes = match from.zip(m.ends()).filter(|_| self.trace.turns(m)) {
             None => Bounds::of([head.axes(end, pose)]),
-            Some(from) => {
+            Some((from, [start, _])) => {
                 let words = [head.words(start, from), head.words(end, pose)];
                 let one = |words: Vec3| match (from.tilt == pose.tilt, from.rotation == pose.rotation) {
                     (false, false) => head.axes_anywhere(words),
@@ -499,6 +515,18 @@ impl<'a> Checker<'a> {
         }
         self.tally.lay(self.print, m.e, self.planned, at, &mut self.findings);
         self.check_pose(*self.trace.state(m));
+    }
+
+    /// A move of a head that leans, or that turns, while the firmware does not follow the tip whose words these are; once.
+    fn check_followed(&mut self, m: &TraceMove) {
+        let leans =
+            self.trace.state(m).pose().is_some_and(|pose| pose.tilt != Angle::ZERO || pose.rotation != Angle::ZERO);
+        let moves = self.trace.turns(m) || (leans && (0..3).any(|i| m.wrote(i)));
+        if moves && self.corrections.must_follow() && !std::mem::replace(&mut self.told_corrected, true) {
+            self.say(Rule::Command, [0.0, 2.0], || {
+                "the firmware does not follow the tip here (G43.4), but X, Y and Z of this file are the tip's ([dialect] rtcp)".to_owned()
+            });
+        }
     }
 
     /// A firmware that moves what is laid by a correction of its own; once.

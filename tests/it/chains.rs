@@ -35,7 +35,7 @@ fn head_table_joints(on_table: [f64; 3], b: f64, c: f64, mrzp_offset_z: f64) -> 
 /// A machine whose X, Y and Z are its linear axes.
 fn machine(tilt: &str, rotation: &str) -> trunnion::profile::Profile {
     let text = format!(
-        "extends = \"generic-ac\"\n[kinematics]\npivot_mm = [0.0, 0.0, 0.0]\noffset_mm = [0.0, 0.0, 0.0]\n[kinematics.tilt]\nletter = \"B\"\n\
+        "extends = \"generic-ht\"\n[kinematics]\npivot_mm = [0.0, 0.0, 0.0]\noffset_mm = [0.0, 0.0, 0.0]\n[kinematics.tilt]\nletter = \"B\"\n\
          about = \"Y\"\nturns = \"head\"\nmin_deg = -180.0\nmax_deg = 180.0\n{tilt}\n[kinematics.rotation]\n{rotation}\n"
     );
     resolve("machine.toml", &text).unwrap_or_else(|error| panic!("{error}: {text}")).0
@@ -392,10 +392,15 @@ fn each_rule_sees_a_head_that_turns() {
             has(&rules, "axis-limit", tilt + 1);
             let unfollowed = broken(&|l| drop(l.remove(l.iter().position(|line| line == "G43.4").unwrap())));
             assert!(unfollowed.iter().any(|(rule, _)| rule == "command"), "{unfollowed:?}");
-            assert!(broken(&|l| l.insert(print, "G49".to_owned())).iter().any(|(rule, _)| rule == "command"));
+            for at in [print, lines.iter().rposition(|l| l.starts_with("G1 B0")).unwrap()] {
+                assert!(broken(&|l| l.insert(at, "G49".to_owned())).iter().any(|(rule, _)| rule == "command"));
+            }
         } else {
             assert!(broken(&|l| l.insert(print, "G43.4".to_owned())).iter().any(|(rule, _)| rule == "command"));
         }
+        // Before any pose is known each word stands for itself.
+        let first = lines.iter().position(|l| l.starts_with("G1 Z")).unwrap();
+        has(&broken(&|l| l.insert(first, "G1 Z9000 F900".to_owned())), "axis-limit", first);
         for off in ["G1 B89.99 F1200", "G1 B45 F1200", "G1 B-90 F1200"] {
             let rules = broken(&|l| l[tilt] = off.to_owned());
             assert!(rules.iter().any(|(rule, _)| rule == "pose"), "{} {off}: {rules:?}", told.name);
@@ -439,7 +444,9 @@ fn a_machine_without_one_of_the_axes_prints_what_the_other_reaches() {
 #[test]
 fn chains_that_are_none_are_refused_with_their_key() {
     let head = "turns = \"head\"\nfrom_tip_mm = [0.0, 0.0, 50.0]\n";
-    let rows: [(&str, &str, &str, &str); 12] = [
+    let rows: [(&str, &str, &str, &str); 13] = [
+        // The gantry of this profile follows Y and Z.
+        ("head.body", head, "", ""),
         ("kinematics.rotation.turns", "", head, ""),
         ("kinematics.tilt.turns", "turns = \"none\"\n", "turns = \"none\"\n", ""),
         ("kinematics.tilt.from_tip_mm", "turns = \"head\"\n", "", ""),

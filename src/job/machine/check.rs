@@ -94,6 +94,9 @@ fn checked(machine: LoadedProfile) -> CheckedProfile {
 
 /// Level, both ends, and every [`STEP_DEG`] between them.
 fn words(profile: &Profile) -> Vec<f64> {
+    if profile.kinematics().tilt.absent {
+        return vec![0.0];
+    }
     let tilt = &profile.kinematics.tilt;
     let first = (tilt.min_deg / STEP_DEG).ceil() as i64;
     let last = (tilt.max_deg / STEP_DEG).floor() as i64;
