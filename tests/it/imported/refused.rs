@@ -365,7 +365,7 @@ fn a_configuration_h_that_makes_no_sense_is_refused_with_its_line() {
     one(
         "like generic-ac",
         &import(&like).unwrap_err(),
-        "profile/code: generic-ac:144 | dialect.start | \"G28\" | PENTA_AXIS",
+        "profile/code: generic-ac | dialect.start | \"G28\" | PENTA_AXIS",
     );
     // Comments, other branches and conditions that are not told give no key.
     let with = |more: &str| {
