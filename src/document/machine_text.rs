@@ -16,13 +16,15 @@ pub fn checked(machine: &CheckedProfile) -> String {
     let letter = profile.kinematics.tilt.letter;
     let fine = if machine.refusals.is_empty() { "fine" } else { "not usable as it is" };
     let mut out = format!("{}: {fine}\n\n", machine.machine.name);
+    let leans = profile.kinematics().head.is_some();
+    let middle = if leans { "tip on the table's middle, axes" } else { "table middle" };
     for at in &machine.tilts {
         let [x, y, z] = at.centre_mm.map(|mm| round_to(mm, 2) + 0.0);
         let side = if at.room_mm < 0.0 { "above" } else { "below" };
         let beyond = if at.within { "" } else { ", beyond the axis limits" };
         let _ = writeln!(
             out,
-            "{letter}{:.2}: table middle at X {x} Y {y} Z {z}{beyond}; highest point of the table at Z {:.1}, {:.1} mm {side} the upper Z limit; reach \
+            "{letter}{:.2}: {middle} at X {x} Y {y} Z {z}{beyond}; highest point of the table at Z {:.1}, {:.1} mm {side} the upper Z limit; reach \
              on the bare table: {}",
             at.tilt_deg,
             at.top_mm,
@@ -67,7 +69,11 @@ pub fn checked(machine: &CheckedProfile) -> String {
              rises and falls by up to {rim:.2} mm as {turn} turns"
         );
     }
-    out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
+    out.push_str(if leans {
+        "compare these with the machine: lean the head to each, and touch the table's middle with the nozzle"
+    } else {
+        "compare these with the machine: tilt the table to each, and touch its middle with the nozzle"
+    });
     if let Sight::Seen(date) = profile.sight() {
         let _ = write!(
             out,

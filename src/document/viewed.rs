@@ -95,7 +95,7 @@ fn machine(of: &PreviewResult) -> Value {
 pub fn drawn_machine(name: &str, machine: &DrawnMachine) -> Value {
     let kinematics = &machine.kinematics;
     let directions = kinematics.directions();
-    let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "along": numbers(along)});
+    let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "absent": axis.absent, "along": numbers(along)});
     let pieces = |all: &[DrawnBody]| -> Vec<Value> {
         all.iter()
             .map(|p| json!({"name": p.name, "follows": p.follows, "stays": p.stays, "hull": hull(&p.hull)}))

@@ -132,6 +132,15 @@ impl TableKinematics {
         Rigid::new(tilt * turn, self.pivot + tilt * self.offset)
     }
 
+    /// What the axes turn, in messages.
+    pub fn turner(&self) -> &'static str {
+        match &self.head {
+            None => "table",
+            Some(head) if head.yaws || self.rotation.absent => "head",
+            Some(_) => "head or table",
+        }
+    }
+
     /// Where the linear axes stand at `pose` while the tip is at a place of the table: what their stops bound. The frame `Machine` itself
     /// where the head does not turn.
     pub fn axes(&self, pose: Pose) -> Rigid<Table, Machine> {

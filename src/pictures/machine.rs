@@ -73,7 +73,8 @@ impl Paper {
     }
 }
 
-/// The machine of `profile` with its table at up to three `tilts` (words, degrees), the first of which is level with its middle at `centre_mm`.
+/// The machine of `profile` with its table, or the head that leans instead of it, at up to three `tilts` (words, degrees), the first of which is
+/// level with the table's middle at `centre_mm`.
 pub(crate) fn from_the_side(profile: &Profile, tilts: &[f64], centre_mm: [f64; 3]) -> Drawing {
     let table = profile.kinematics();
     let side = |p: Vec3| if table.about == TiltAbout::X { [p.y, p.z] } else { [p.x, p.z] };
@@ -81,21 +82,36 @@ pub(crate) fn from_the_side(profile: &Profile, tilts: &[f64], centre_mm: [f64; 3
     let limits = profile.linear_limits();
     let [[left, bottom], [right, top]] = [limits.min, limits.max].map(side);
     let corners = [[left, bottom], [right, bottom], [right, top], [left, top]];
+    let leans = table.head.as_ref();
+    let pose = |word: f64| Pose { tilt: table.tilt.angle_of(Angle::from_deg(word)), ..Pose::LEVEL };
     let slab = |word: f64| -> Vec<Place> {
-        let pose = Pose { tilt: table.tilt.angle_of(Angle::from_deg(word)), ..Pose::LEVEL };
-        let motion = table.forward(pose);
-        profile.table_slab().iter().map(|p| side(motion.rotation * p + motion.translation)).collect()
+        // Under a head that leans the table lies still.
+        let at =
+            |p: &Vec3| leans.map_or_else(|| table.forward(pose(word)).point((*p).into()).at, |head| p + head.table);
+        profile.table_slab().iter().map(|p| side(at(p))).collect()
     };
     let tip = Vec3::from(centre_mm);
     let seen = |body: Body, origin: Vec3| body.points.into_iter().map(|p| side(p + origin)).collect::<Vec<_>>();
-    let head = profile.head_bodies().into_iter().map(|body| {
+    let upright = profile.head_bodies().into_iter().map(|body| {
         let origin = body.origin_at(&tip);
         seen(body, origin)
     });
-    let head: Vec<_> = head.collect();
+    let head: Vec<_> = upright.collect();
+    // Leaning about its tip, as it stands for the ends of its tilt.
+    let ends = tilts.iter().take(3).skip(1).filter(|_| leans.is_some());
+    let leaning = ends.flat_map(|&word| {
+        let turn = leans.map(|head| head.turn(pose(word)));
+        let bodies = profile.head_bodies().into_iter().filter(|body| !body.stays);
+        let turned =
+            bodies.map(move |body| body.points.iter().map(|p| side(turn.map_or(*p, |turn| turn * p) + tip)).collect());
+        turned.map(move |points: Vec<Place>| (word, points))
+    });
+    let leaning: Vec<(f64, Vec<Place>)> = leaning.collect();
     let fixed: Vec<_> = profile.fixed_bodies().into_iter().map(|body| seen(body, Vec3::zeros())).collect();
-    let tables: Vec<_> = tilts.iter().take(3).map(|&word| (word, slab(word))).collect();
-    let bodies = head.iter().chain(&fixed).chain(tables.iter().map(|(_, points)| points)).flatten();
+    let shown = if leans.is_some() { 1 } else { 3 };
+    let tables: Vec<_> = tilts.iter().take(shown).map(|&word| (word, slab(word))).collect();
+    let moved = tables.iter().chain(&leaning).map(|(_, points)| points);
+    let bodies = head.iter().chain(&fixed).chain(moved).flatten();
     let name = &profile.machine.name;
     let mut paper = Paper::around(bodies.chain(&corners).copied(), format!("{name} from the side"));
     (0..4).for_each(|i| paper.dashes(corners[i], corners[(i + 1) % 4]));
@@ -106,20 +122,31 @@ pub(crate) fn from_the_side(profile: &Profile, tilts: &[f64], centre_mm: [f64; 3
         paper.body(points, if place == 0 { LEVEL } else { TABLE }, 0.7);
         paper.text([highest[0], highest[1] + 4.0], format!("{letter}{word}"));
     }
+    let [x, y] = side(tip);
+    for word in tilts.iter().take(3) {
+        let own = leaning.iter().filter(|(of, _)| of == word).flat_map(|(_, points)| points);
+        let far = |p: &&Place| (p[0] - x).hypot(p[1] - y);
+        if let Some(outermost) = own.max_by(|a, b| far(a).total_cmp(&far(b))) {
+            paper.text([outermost[0], outermost[1] + 4.0], format!("{letter}{word}"));
+        }
+    }
+    leaning.into_iter().for_each(|(_, points)| paper.body(points, TABLE, 0.35));
     head.into_iter().for_each(|points| paper.body(points, HEAD, 0.35));
-    let pivot = side(table.pivot);
+    let pivot = side(leans.map_or(table.pivot, |head| tip + head.tilt_from_tip));
     let middle = paper.at(pivot);
     paper.drawing.circle(middle, 3.0, 3.0, AXIS);
     let [y, z] = pivot.map(|v| (v * 100.0).round() / 100.0 + 0.0);
     paper.text([pivot[0] + 4.0, pivot[1] - 10.0], format!("tilt axis, {across}{y} Z{z}"));
-    let legend = [(LEVEL, "table, level"), (TABLE, "table at the ends of its tilt"), (HEAD, "head"), (FRAME, "frame")];
+    let ends = if leans.is_some() { "head at the ends of its tilt" } else { "table at the ends of its tilt" };
+    let legend = [(LEVEL, "table, level"), (TABLE, ends), (HEAD, "head"), (FRAME, "frame")];
     for (line, (colour, words)) in legend.into_iter().enumerate() {
         let [x, y] = [8.0, 36.0 + 18.0 * line as f64];
         paper.drawing.rectangle([x, y - 10.0], [x + 11.0, y + 1.0], colour);
         paper.drawing.text([x + 16.0, y], LETTERS, Anchor::Start, words);
     }
     let reach = format!(
-        "{name}: {across} to the right, Z up, mm; dashed: where the tip may go, {across} {left}..{right}, Z {bottom}..{top}"
+        "{name}: {across} to the right, Z up, mm; dashed: where the {} may go, {across} {left}..{right}, Z {bottom}..{top}",
+        if leans.is_some() { "upright tip" } else { "tip" }
     );
     paper.drawing.text([8.0, 18.0], LETTERS, Anchor::Start, reach);
     paper.drawing

@@ -127,7 +127,7 @@ impl Told<'_> {
         frame.surfaces.extend(here.map(|(_, mesh)| Surface::of(mesh, SUPPORT)));
         let fresh = frame.surfaces.iter().filter(|surface| surface.wanted);
         if let Some(tip) = highest(fresh.flat_map(|surface| &surface.points)) {
-            let bodies = self.profile.head_bodies();
+            let bodies = self.profile.head_bodies_at(pose);
             for body in bodies.iter().filter(|body| body.follows == [true; 3]).take(2) {
                 // Only the head's lower end: the rest would hide what is printed.
                 let points = body.points.iter().map(|p| Vec3::new(p.x, p.y, p.z.min(HEAD_MM)) + tip).collect();
@@ -223,7 +223,7 @@ impl Told<'_> {
             let tip = motion.point(Vec3::from(tip).into()).at;
             // Pieces that do not follow every axis are as long as the machine: drawn where they strike, and only near the tip.
             let strikes = |b: &Body| b.follows == [true; 3] || reason.text.contains(&b.name);
-            for body in self.profile.head_bodies().iter().filter(|b| strikes(b)) {
+            for body in self.profile.head_bodies_at(reason.pose).iter().filter(|b| strikes(b)) {
                 let follow = |i: usize| if body.follows[i] { tip[i] } else { 0.0 };
                 let near = |i: usize, v: f64| v.clamp(tip[i] - HEAD_SHOWN_MM, tip[i] + HEAD_SHOWN_MM);
                 let at = |p: &Vec3| Vec3::from_fn(|i, _| near(i, p[i] + follow(i)));

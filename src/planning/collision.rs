@@ -57,25 +57,31 @@ impl Deref for HeadSeen<'_> {
 }
 
 impl Posed {
-    fn at(&self, pose: Pose) -> Arc<Head> {
+    /// `head` with what does not turn with the tool as it is seen at `pose`.
+    fn at(&self, head: &Head, pose: Pose) -> Arc<Head> {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, known)) = seen.iter().find(|(at, _)| *at == pose) {
             return known.clone();
         }
-        let mut bodies = self.profile.head_bodies_at(pose);
-        for body in bodies.iter_mut().filter(|body| body.stays) {
-            body.points = Hull::of(&body.points).pruned().points;
-        }
-        let head = Arc::new(Head::reaching(&bodies, UPWARD, contact_mm(&self.profile)));
-        seen.push((pose, head.clone()));
-        head
+        let bodies = self.profile.head_bodies_at(pose).into_iter();
+        let pieces = head.pieces.iter().zip(bodies).map(|(piece, body)| match piece.stays {
+            true => Piece {
+                fans: Arc::new(Fans::of(&Hull::of(&body.points).pruned().points, 0.0)),
+                follows: body.follows,
+                ..piece.clone()
+            },
+            false => piece.clone(),
+        });
+        let there = Arc::new(Head { pieces: pieces.collect(), posed: None });
+        seen.push((pose, there.clone()));
+        there
     }
 }
 
 #[derive(Clone, Debug)]
 struct Piece {
     name: String,
-    fans: Fans,
+    fans: Arc<Fans>,
     follows: [bool; 3],
     /// Whether it carries the tip.
     tip: bool,
@@ -103,7 +109,7 @@ impl Head {
 
     /// The head as it is seen from the tool at `pose`: another one only where a piece does not turn with the tool.
     pub fn at(&self, pose: Pose) -> HeadSeen<'_> {
-        self.posed.as_ref().map_or(HeadSeen::Same(self), |posed| HeadSeen::Own(posed.at(pose)))
+        self.posed.as_ref().map_or(HeadSeen::Same(self), |posed| HeadSeen::Own(posed.at(self, pose)))
     }
 
     /// Of this head what keeps its attitude while the tool turns.
@@ -127,7 +133,7 @@ impl Head {
             let upward = if body.follows[2] && !body.stays { upward } else { 0.0 };
             Piece {
                 name: body.name.clone(),
-                fans: Fans::of(&body.points, upward),
+                fans: Arc::new(Fans::of(&body.points, upward)),
                 follows: body.follows,
                 tip: carries_tip(body, contact),
                 stays: body.stays,
@@ -141,7 +147,7 @@ impl Head {
         Self {
             pieces: vec![Piece {
                 name: "tip".to_owned(),
-                fans: Fans::of(&[Vec3::zeros()], UPWARD),
+                fans: Arc::new(Fans::of(&[Vec3::zeros()], UPWARD)),
                 follows: [true; 3],
                 tip: true,
                 stays: false,

@@ -9,7 +9,8 @@
 //! Along the tool's axis nothing is met that was not met while printing: the head is taken to reach that way without end. Beyond everything
 //! printed, seen along that axis, a tool that leans no more than level keeps away from it on the way up; and the table lies below.
 //!
-//! Room and words, mm. Both the planner and the rewriter go this way, so what the one has found the other can do.
+//! Room and words, mm. The planner asks here whether there is such a way, and the rewriter goes it; the source is the chain alone
+//! ([`SwivelHead`]).
 
 use super::solid::Solid;
 use crate::geom::{Bounds, Vec3};
@@ -75,7 +76,7 @@ impl<'a> SwivelRoute<'a> {
         [axes, axes + (raised - words)].iter().find_map(|axes| self.limits.violation(axes))
     }
 
-    /// Whether the tool leans so far that straight up leads out.
+    /// Whether the tool leans so little that straight up leads out.
     pub fn looks_down(pose: Pose) -> bool {
         pose.tilt.abs().deg() <= MOST_LEAN_DEG
     }

@@ -28,6 +28,7 @@
 //! ```
 
 mod build;
+mod chain;
 mod code;
 mod complete;
 mod head;

@@ -1,5 +1,7 @@
 //! The file for the machine, line by line: header, setups, travels between prints, the prints' own lines shifted.
 
+mod heads;
+
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::ops::Range;
@@ -222,9 +224,8 @@ impl<'a> Writer<'a> {
 
     /// Above the sphere that the table and everything printed sweep about the pivot; the axis's end where it is lower.
     fn safe_height(&self) -> f64 {
-        let points = self.printed.iter().flat_map(|&p| self.job.workpiece.parts[p].vertices().iter().copied());
-        let points = points.chain(self.supports.iter().flatten().copied());
-        let reach = points.chain(self.job.profile.table_slab()).map(|p| p.norm()).fold(0.0, f64::max);
+        let reach =
+            self.standing().into_iter().chain(self.job.profile.table_slab()).map(|p| p.norm()).fold(0.0, f64::max);
         let top = self.table.pivot.z + self.table.offset.norm() + reach + self.job.profile.transition.clearance_mm;
         top.min(self.job.profile.limits.z_mm[1])
     }
@@ -277,56 +278,10 @@ impl<'a> Writer<'a> {
         self.pose = Some(pose);
     }
 
-    /// Leaves along the tool, goes straight up, and waits where the head can turn to `pose`: above the prints to come, if there are any.
-    fn leave(&mut self, pose: Pose, to: Option<&[Entry<'_>]>) {
-        let (Some(route), Some(head)) = (&self.route, &self.table.head) else { return };
-        let (z_feed, feed) = (self.job.profile.transition.z_mm_per_min, self.job.profile.transition.travel_mm_per_min);
-        let standing = self.standing();
-        let top = standing.iter().map(|p| p.z).fold(0.0, f64::max);
-        let height = route.height(top, self.pose, pose);
-        if let (Some(tip), Some(from)) = (self.out.tip(), self.pose) {
-            let along = self.top_along(&standing, from) + self.job.profile.transition.clearance_mm;
-            self.out.go_z(along.max(tip.z), z_feed);
-        }
-        self.out.raise(self.out.words().map_or(height, |words| height.max(words.z)), z_feed);
-        let above = to.and_then(|group| {
-            let there = group.iter().map(region).fold(Bounds::EMPTY, |all, one| all.union(&one)).centre();
-            Some(head.words(there, pose)).filter(|words| words.iter().all(|v| v.is_finite()))
-        });
-        let places = [self.out.words(), above, Some(head.table)].map(|words| words.map(|p| [p.x, p.y]));
-        let places: Vec<[f64; 2]> = places.into_iter().flatten().collect();
-        let z = self.out.words().map_or(height, |words| words.z.max(height));
-        match route.place(&places, z, self.pose, pose) {
-            Ok([x, y]) => {
-                self.out.go_words(Vec3::new(x, y, z), feed);
-            }
-            Err(out) => self.out.beyond = self.out.beyond.or(Some(out)),
-        }
-    }
-
-    /// Goes over to where a print begins, across the room and straight down to where the tool's axis leads in.
-    fn arrive(&mut self, start: Vec3) {
-        let (Some(head), Some(pose)) = (&self.table.head, self.pose) else { return };
-        let transition = &self.job.profile.transition;
-        let along = self.top_along(&self.standing(), pose).max(start.z) + transition.clearance_mm;
-        let entry = Vec3::new(start.x, start.y, along);
-        let words = head.words(entry, pose);
-        let z = self.out.words().map_or(words.z, |at| at.z.max(words.z));
-        self.out.raise(z, transition.z_mm_per_min);
-        self.out.go_words(Vec3::new(words.x, words.y, z), transition.travel_mm_per_min);
-        self.out.go(entry, 0.0, transition.z_mm_per_min, b"");
-    }
-
     /// Corners of all that was printed, table frame.
     fn standing(&self) -> Vec<Vec3> {
         let parts = self.printed.iter().flat_map(|&p| self.job.workpiece.parts[p].vertices().iter().copied());
         parts.chain(self.supports.iter().flatten().copied()).collect()
-    }
-
-    /// How far along the tool any of them reaches at `pose`.
-    fn top_along(&self, standing: &[Vec3], pose: Pose) -> f64 {
-        let motion = self.table.forward(pose);
-        standing.iter().map(|&p| motion.point(p.into()).at.z).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Where the head's way along the tool ends; a head that turns is held against its axes where it is written.

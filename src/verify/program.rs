@@ -14,7 +14,7 @@ use super::turn_lines::TurnLines;
 use super::{Planned, ReplayJob};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
-use crate::gcode::meaning::{Corrections, Effect, Firmware, Hazard, Heater};
+use crate::gcode::meaning::{Correction, Corrections, Effect, Firmware, Hazard, Heater};
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
@@ -74,6 +74,8 @@ struct Checker<'a> {
     /// What the firmware does to coordinates, with the line that switched it on, and whether that was said.
     corrections: Corrections<u32>,
     told_corrected: bool,
+    /// Whether it was said that the firmware does not follow the tip.
+    told_unfollowed: bool,
     firmware: Firmware,
     tally: Tally,
     findings: Findings,
@@ -115,6 +117,7 @@ impl<'a> Checker<'a> {
             settings: Settings::of(profile),
             corrections: Corrections::none(firmware, profile.dialect.rtcp),
             told_corrected: false,
+            told_unfollowed: false,
             table,
             permitted,
             firmware,
@@ -266,10 +269,10 @@ impl<'a> Checker<'a> {
     fn states(&mut self, effect: Effect, line: &ParsedLine, text: &[u8]) {
         self.homing.note(effect, line);
         let own = self.permitted.owns(self.zone, text);
-        let corrects = self.corrections.note(line, &self.line).is_some_and(|(_, on)| on);
+        let wanted = |what| what == Correction::TipFollowing && self.profile.dialect.rtcp;
+        let corrects = self.corrections.note(line, &self.line).is_some_and(|(what, on)| on && !wanted(what));
         // What must not stand there is a finding already.
-        self.told_corrected |=
-            corrects && !own && !self.permitted.allows(&name_of(line, text)) && !self.profile.dialect.rtcp;
+        self.told_corrected |= corrects && !own && !self.permitted.allows(&name_of(line, text));
         if let Some((numbers, why)) = self.heaters.note(effect, self.zone, own) {
             self.say(Rule::Heat, numbers, || why);
         }
@@ -318,8 +321,9 @@ impl<'a> Checker<'a> {
         self.check_slow(m);
         let turns = self.trace.turns(m);
         if turns && m.e > 0.0 {
+            let turner = self.table.turner();
             self.say(Rule::TurnWhileExtruding, [m.e, 0.0], || {
-                format!("{:.3} mm of filament is extruded while the table turns", m.e)
+                format!("{:.3} mm of filament is extruded while the {turner} turns", m.e)
             });
         }
         if turns {
@@ -517,12 +521,16 @@ impl<'a> Checker<'a> {
         self.check_pose(*self.trace.state(m));
     }
 
-    /// A move of a head that leans, or that turns, while the firmware does not follow the tip whose words these are; once.
+    /// A print, and any move of a head that leans or turns, while the firmware does not follow the tip whose words these are; once.
     fn check_followed(&mut self, m: &TraceMove) {
+        if !self.corrections.must_follow() || self.told_unfollowed {
+            return;
+        }
         let leans =
             self.trace.state(m).pose().is_some_and(|pose| pose.tilt != Angle::ZERO || pose.rotation != Angle::ZERO);
-        let moves = self.trace.turns(m) || (leans && (0..3).any(|i| m.wrote(i)));
-        if moves && self.corrections.must_follow() && !std::mem::replace(&mut self.told_corrected, true) {
+        let goes = leans && (0..3).any(|i| m.wrote(i));
+        if goes || self.trace.turns(m) || (m.prints() && self.zone == Zone::Prints) {
+            self.told_unfollowed = true;
             self.say(Rule::Command, [0.0, 2.0], || {
                 "the firmware does not follow the tip here (G43.4), but X, Y and Z of this file are the tip's ([dialect] rtcp)".to_owned()
             });
@@ -531,14 +539,6 @@ impl<'a> Checker<'a> {
 
     /// A firmware that moves what is laid by a correction of its own; once.
     fn check_corrected(&mut self) {
-        if self.corrections.must_follow()
-            && self.zone == Zone::Prints
-            && !std::mem::replace(&mut self.told_corrected, true)
-        {
-            return self.say(Rule::Command, [0.0, 2.0], || {
-                "the firmware does not follow the tip here (G43.4), but X, Y and Z of this file are the tip's ([dialect] rtcp)".to_owned()
-            });
-        }
         let Some((what, &line)) = self.corrections.first() else { return };
         if self.zone != Zone::Prints || std::mem::replace(&mut self.told_corrected, true) {
             return;

@@ -84,7 +84,7 @@ pub const RULES: [RuleStatement; 23] = [
     ),
     rule(
         Rule::TurnCollision,
-        "The head keeps clear while the table turns.",
+        "The head keeps clear while table or head turns.",
         &[limit("least_clearance_mm", turning::ROOM_MM)],
     ),
     rule(

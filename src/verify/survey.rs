@@ -129,7 +129,9 @@ impl Surveyor {
         }
         let setup = self.setup.get_or_insert_with(|| {
             let (motion, head) = posed();
-            self.head = head.unwrap_or_else(|| std::mem::take(&mut self.head));
+            if let Some(head) = head {
+                self.head = head;
+            }
             Setup { near: Near::new(motion, &self.material, self.head.len()), back: motion.inverse() }
         });
         if stroke.print.is_some() {

@@ -7,7 +7,7 @@
 use super::acts::Turn;
 use super::hull::Hull;
 use super::material::Material;
-use super::turning::{Passage, ROOM_MM, STEP_MM, Scene, Turning};
+use super::turning::{Passage, ROOM_MM, Scene, Turning, stepped};
 use crate::geom::Bounds;
 use crate::motion::{Pose, SwivelHead, TableKinematics};
 use crate::planning::contact_mm;
@@ -60,26 +60,15 @@ impl<'a> Swivelling<'a> {
         let levers = self.head.tilt_from_tip.norm() + 2.0 * self.head.rotation_from_tip.norm();
         let farthest = [a, b].map(|words| (words - self.head.table).norm()).into_iter().fold(0.0, f64::max) + levers;
         let length = (farthest + material.reach) * (tilt.abs().rad() + rotation.abs().rad()) + (b - a).norm();
-        let mut nearest = Passage { room: cap, piece: "head".to_owned() };
-        let mut done = 0.0;
-        loop {
-            let share: f64 = if length > 0.0 { (done / length).min(1.0) } else { 1.0 };
+        Some(stepped(length, cap, |share, enough| {
             let pose = Pose { tilt: from.tilt + tilt * share, rotation: from.rotation + rotation * share };
             let tip = self.head.tip(a + (b - a) * share, pose);
             let head = head_at(self.profile, pose);
             let machine = Turning { table: self.table, head: &head, fixed: &[] };
             let scene = Scene { machine: &machine, slab: material.slab(), spheres: &spheres, radius, heads: true };
-            let (gap, piece) = scene.gap(pose, &Bounds::of([tip]), nearest.room + STEP_MM);
-            let step = (gap / 2.0).min(STEP_MM);
-            let room = gap - step / 2.0;
-            if room < nearest.room {
-                nearest = Passage { room, piece: piece.to_owned() };
-            }
-            if share >= 1.0 || gap < ROOM_MM {
-                return Some(nearest);
-            }
-            done += step;
-        }
+            let (gap, piece) = scene.gap(pose, &Bounds::of([tip]), enough);
+            (gap, piece.to_owned())
+        }))
     }
 }
 

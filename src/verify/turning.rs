@@ -15,7 +15,7 @@ use crate::motion::{Pose, TableKinematics};
 /// The least gap that counts as free, mm: it bounds the number of steps, and no machine is truer.
 pub(super) const ROOM_MM: f64 = 0.1;
 /// The longest step of the fastest point, mm; what the clearance given may fall short of the true one is half of it.
-pub(super) const STEP_MM: f64 = 1.0;
+const STEP_MM: f64 = 1.0;
 /// The head's upward reach, mm; beyond any machine.
 const UPWARD: f64 = 2000.0;
 
@@ -75,23 +75,12 @@ impl Turning<'_> {
         let reach = self.table.offset.norm() + material.reach;
         let motion = reach * tilt.abs().rad() + self.reach_about_rotation(material) * rotation.abs().rad();
         let length = motion + (b.centre() - a.centre()).norm();
-        let mut nearest = Passage { room: clear_of_head.unwrap_or(cap).min(cap), piece: "head".to_owned() };
-        let mut done = 0.0;
-        loop {
-            let share: f64 = if length > 0.0 { (done / length).min(1.0) } else { 1.0 };
+        Some(stepped(length, clear_of_head.unwrap_or(cap).min(cap), |share, enough| {
             let pose = Pose { tilt: from.tilt + tilt * share, rotation: from.rotation + rotation * share };
             let tips = Bounds { min: mix(a.min, b.min, share), max: mix(a.max, b.max, share) };
-            let (gap, piece) = scene.gap(pose, &tips, nearest.room + STEP_MM);
-            let step = (gap / 2.0).min(STEP_MM);
-            let room = gap - step / 2.0;
-            if room < nearest.room {
-                nearest = Passage { room, piece: piece.to_owned() };
-            }
-            if share >= 1.0 || gap < ROOM_MM {
-                return Some(nearest);
-            }
-            done += step;
-        }
+            let (gap, piece) = scene.gap(pose, &tips, enough);
+            (gap, piece.to_owned())
+        }))
     }
 
     /// The room between the frame's pieces and everything on the table, the table standing still; infinite without any.
@@ -104,6 +93,26 @@ impl Turning<'_> {
             nearest = Passage { room, piece: piece.to_owned() };
         }
         nearest
+    }
+}
+
+/// Steps through a turn in which nothing moves by more than `length` mm: `gap` says how near things are at a share of it, if that is less than
+/// enough, and which piece is. Up to `cap` mm.
+pub(super) fn stepped(length: f64, cap: f64, mut gap: impl FnMut(f64, f64) -> (f64, String)) -> Passage {
+    let mut nearest = Passage { room: cap, piece: "head".to_owned() };
+    let mut done = 0.0;
+    loop {
+        let share: f64 = if length > 0.0 { (done / length).min(1.0) } else { 1.0 };
+        let (gap, piece) = gap(share, nearest.room + STEP_MM);
+        let step = (gap / 2.0).min(STEP_MM);
+        let room = gap - step / 2.0;
+        if room < nearest.room {
+            nearest = Passage { room, piece };
+        }
+        if share >= 1.0 || gap < ROOM_MM {
+            return nearest;
+        }
+        done += step;
     }
 }
 

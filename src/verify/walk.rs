@@ -330,9 +330,10 @@ impl Walker<'_> {
             }
         };
         let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
+        let turner = self.table.turner();
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
-                "the table turns from an unknown angle, or with the head at an unknown height, so collisions cannot be ruled out".to_owned()
+                format!("the {turner} turns from an unknown angle, or with the head at an unknown height, so collisions cannot be ruled out")
             });
             return;
         };
@@ -340,7 +341,7 @@ impl Walker<'_> {
         if passage.room < ROOM_MM {
             let (piece, room) = (passage.piece, passage.room);
             self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
-                format!("while the table turns, the {piece} comes within {room:.2} mm of the table or the print (minimum {ROOM_MM} mm)")
+                format!("while the {turner} turns, the {piece} comes within {room:.2} mm of the table or the print (minimum {ROOM_MM} mm)")
             });
         }
     }
@@ -352,10 +353,10 @@ impl Walker<'_> {
         self.turns += turns;
         let [is, was] = [self.turns, before].map(|turns| turns <= self.most_turns);
         if was && !is {
-            let (at, most) = (self.place(line), self.most_turns);
+            let (at, most, turner) = (self.place(line), self.most_turns, self.table.turner());
             self.walked.findings.add(Rule::Sequence, at, [self.turns as f64, most as f64], || {
                 let prints = self.planned.len();
-                format!("the table turns more than {most} times, far more often than {prints} prints need; collisions and support are not checked from here on")
+                format!("the {turner} turns more than {most} times, far more often than {prints} prints need; collisions and support are not checked from here on")
             });
         }
         is
@@ -481,7 +482,8 @@ impl Walker<'_> {
             let at = self.place(blind.line);
             self.walked.findings.add(Rule::HeadCollision, at, [room, 0.0], || {
                 format!(
-                    "the table's angle is unknown, and the head is {:.2} mm too low to clear the table and the print at every angle",
+                    "the {}'s angle is unknown, and the head is {:.2} mm too low to clear the table and the print at every angle",
+                    self.table.turner(),
                     -room
                 )
             });

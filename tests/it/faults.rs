@@ -138,22 +138,14 @@ fn no_fault_leaves_half(words: &[&str], outputs: &[&str]) {
     assert!(calls.len() > 8 && refused > 4, "{calls:?}");
 }
 
+/// The words that prepare a model, with its plan.
+fn prepared(model: &str) -> [&str; 11] {
+    ["prepare", model, "-m", "generic-ac", "--slicer", "builtin", "-o", "out/c.gcode", "--plan-out", "out/c.json", "-q"]
+}
+
 #[test]
 fn no_fault_of_the_disk_leaves_half_of_several_models() {
-    let words = [
-        "prepare",
-        "cube.stl*2",
-        "-m",
-        "generic-ac",
-        "--slicer",
-        "builtin",
-        "-o",
-        "out/c.gcode",
-        "--plan-out",
-        "out/c.json",
-        "-q",
-    ];
-    no_fault_leaves_half(&words, &["c.gcode", "c.json", "c.parts.3mf"]);
+    no_fault_leaves_half(&prepared("cube.stl*2"), &["c.gcode", "c.json", "c.parts.3mf"]);
 }
 
 #[test]
@@ -164,19 +156,6 @@ fn no_fault_of_the_disk_leaves_half_a_plate() {
 
 #[test]
 fn no_fault_of_the_disk_leaves_half_a_prepared_file() {
-    let words = [
-        "prepare",
-        "cube.stl",
-        "-m",
-        "generic-ac",
-        "--slicer",
-        "builtin",
-        "-o",
-        "out/c.gcode",
-        "--plan-out",
-        "out/c.json",
-        "-q",
-    ];
-    no_fault_leaves_half(&words, &["c.gcode", "c.json"]);
+    no_fault_leaves_half(&prepared("cube.stl"), &["c.gcode", "c.json"]);
     assert!(root().join("fixtures/cube.stl").is_file());
 }

@@ -48,6 +48,11 @@ function boxLines(low, high) {
   return new Float32Array(lines);
 }
 
+/** Of tilt and rotation axis those that the machine has. */
+function own({ tilt, rotation }, ...ends) {
+  return [tilt, rotation].map((axis, i) => ({ ends: ends[i], label: axis.letter, absent: axis.absent })).filter(({ absent }) => !absent);
+}
+
 /** The axes of a head that turns: through its joints, which hang from the tip. */
 function headAxes(machine, { motion, tip, tilt, rotation }) {
   const { yaws, tilt_from_tip: u, rotation_from_tip: v } = machine.swivel;
@@ -59,7 +64,7 @@ function headAxes(machine, { motion, tip, tilt, rotation }) {
   const inRoom = (axis) => turned(unturned(machine, tilt, rotation), axis);
   const triad = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis, i) => ({ ends: [origin, plus(origin, inRoom(axis), 25)], label: 'XYZ'[i] }));
   const ends = (at, along, long) => [plus(at, along, -long), plus(at, along, long)];
-  return [...triad, { ends: ends(joint, machine.tilt.along, 40), label: machine.tilt.letter }, { ends: ends(middle, up, 30), label: machine.rotation.letter }];
+  return [...triad, ...own(machine, ends(joint, machine.tilt.along, 40), ends(middle, up, 30))];
 }
 
 /** Where the axes are: X, Y and Z at the pivot, the tilt axis through it, the rotation axis through the table's middle. */
@@ -72,5 +77,5 @@ function axes(machine, at) {
   const turnEnds = [plus(middle, up, -50), plus(middle, up, 25)];
   const origin = plus(machine.pivot, along, -long);
   const triad = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis, i) => ({ ends: [origin, plus(origin, axis, 25)], label: 'XYZ'[i] }));
-  return [...triad, { ends: tiltEnds, label: machine.tilt.letter }, { ends: turnEnds, label: machine.rotation.letter }];
+  return [...triad, ...own(machine, tiltEnds, turnEnds)];
 }

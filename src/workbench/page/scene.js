@@ -144,7 +144,7 @@ export class Scene {
   /** Tilt and rotation axis, in the table's frame at rest. */
   axes(eye, ink) {
     const { facts } = this.machine, rest = tableAt(facts, 0, 0), back = [0, 1, 2].map((k) => rest[12 + k]);
-    axes(facts, rest).slice(3).forEach(({ ends }) => this.drawing.loose(ends.map((end) => plus(end, back, -1)).flat(), ink.axis, 0.8, eye));
+    axes(facts, { motion: rest, tip: [0, 0, 0], tilt: 0, rotation: 0, known: true }).slice(3).forEach(({ ends }) => this.drawing.loose(ends.map((end) => plus(end, back, -1)).flat(), ink.axis, 0.8, eye));
   }
 
   /** Whether the next click chooses a face. */

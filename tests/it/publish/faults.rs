@@ -31,6 +31,8 @@ fn survives(kind: Kind, folder: &Path, step: usize) -> [usize; 3] {
         let server = Server::of(kind);
         let words = words(&server);
         let done = harmed(folder, &short(&words), one);
+        // What was killed may have asked for something that the server has not done yet.
+        server.settle();
         let what = format!("{kind} {one:?}: {done:?}");
         let (files, started) = {
             let inside = server.inside();

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpListener};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use serde_json::json;
 use trunnion::publish::Kind;
@@ -75,6 +75,31 @@ pub(super) struct Server {
     kind: Kind,
     tls: bool,
     inside: Arc<Mutex<Inside>>,
+    open: Arc<Open>,
+}
+
+/// How many connections were taken and are not ended.
+#[derive(Default)]
+struct Open {
+    count: Mutex<usize>,
+    ended: Condvar,
+}
+
+/// A connection that is counted until it is dropped.
+struct Counted(Arc<Open>);
+
+impl Counted {
+    fn of(open: &Arc<Open>) -> Self {
+        *open.count.lock().unwrap() += 1;
+        Self(Arc::clone(open))
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        *self.0.count.lock().unwrap() -= 1;
+        self.0.ended.notify_all();
+    }
 }
 
 pub(super) struct Request {
@@ -109,17 +134,21 @@ impl Server {
             userdata: None,
         };
         let address = listener.local_addr().unwrap();
-        let server = Self { address, kind, tls: tls.is_some(), inside: Arc::new(Mutex::new(inside)) };
-        let shared = Arc::clone(&server.inside);
+        let (inside, open) = (Arc::new(Mutex::new(inside)), Arc::default());
+        let server = Self { address, kind, tls: tls.is_some(), inside, open };
+        let (shared, open) = (Arc::clone(&server.inside), Arc::clone(&server.open));
         std::thread::spawn(move || {
             for stream in listener.incoming().flatten() {
-                let (shared, tls) = (Arc::clone(&shared), tls.clone());
-                std::thread::spawn(move || match tls {
-                    Some(config) => {
-                        let connection = rustls::ServerConnection::new(config).unwrap();
-                        serve(&mut rustls::StreamOwned::new(connection, stream), &shared);
+                let (shared, tls, counted) = (Arc::clone(&shared), tls.clone(), Counted::of(&open));
+                std::thread::spawn(move || {
+                    match tls {
+                        Some(config) => {
+                            let connection = rustls::ServerConnection::new(config).unwrap();
+                            serve(&mut rustls::StreamOwned::new(connection, stream), &shared);
+                        }
+                        None => serve(&mut { stream }, &shared),
                     }
-                    None => serve(&mut { stream }, &shared),
+                    drop(counted);
                 });
             }
         });
@@ -128,6 +157,17 @@ impl Server {
 
     pub(super) fn inside(&self) -> MutexGuard<'_, Inside> {
         self.inside.lock().unwrap()
+    }
+
+    /// Waits until every request of whoever is gone has had its effect: connections are taken in turn, so all before this one are counted.
+    pub(super) fn settle(&self) {
+        let mut last = TcpStream::connect(self.address).unwrap();
+        last.write_all(b"GET /settled HTTP/1.1\r\n\r\n").unwrap();
+        last.read_to_end(&mut Vec::new()).unwrap();
+        let mut count = self.open.count.lock().unwrap();
+        while *count > 0 {
+            count = self.open.ended.wait(count).unwrap();
+        }
     }
 
     /// As `--to` takes it.
