@@ -320,6 +320,16 @@ pub enum Fault {
         /// The most it takes.
         limit: usize,
     },
+    /// Parts most of which touch or fill one another.
+    #[error(
+        "more than {most} pairs of its {parts} parts touch or overlap; unite them in the program that made them, or leave out what repeats"
+    )]
+    Crowded {
+        /// The parts.
+        parts: usize,
+        /// The most pairs that so many may be.
+        most: usize,
+    },
     /// More placed objects than the limit.
     #[error("items and components place more than {limit} objects; remove copies, and print them in several runs")]
     TooManyBodies {

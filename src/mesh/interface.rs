@@ -34,12 +34,17 @@ pub struct Interface {
     pub facets_b: Vec<(usize, f64)>,
 }
 
-/// All interfaces, by ascending `(a, b)`.
-pub(super) fn interfaces(parts: &[Part]) -> Vec<Interface> {
+/// So many pairs of this many parts may have facets near one another: more than any assembly has, and what each costs grows with the parts alone.
+pub(super) fn most_pairs(parts: usize) -> usize {
+    NEIGHBOURS * parts + MANY_PAIRS
+}
+
+/// All interfaces, by ascending `(a, b)`; `None` where more than `most` pairs of parts have facets near one another.
+pub(super) fn interfaces(parts: &[Part], most: usize) -> Option<Vec<Interface>> {
     let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds()).collect();
     let mut trees: Vec<Option<BoxTree>> = parts.iter().map(|_| None).collect();
     let mut found = Vec::new();
-    for (a, b) in pairs(parts, &bounds) {
+    for (a, b) in pairs(parts, &bounds, most)? {
         for id in [a, b] {
             trees[id].get_or_insert_with(|| BoxTree::new(&parts[id].mesh));
         }
@@ -47,8 +52,12 @@ pub(super) fn interfaces(parts: &[Part]) -> Vec<Interface> {
         let two = Near { parts: [&parts[a], &parts[b]], trees: [tree_a, tree_b] };
         found.extend(two.interface(&bounds[b].inflated(INTERFACE_GAP_MM)));
     }
-    found
+    Some(found)
 }
+
+/// Pairs of parts that are near one another, for each part: a cube in a pile of cubes has 26 neighbours.
+const NEIGHBOURS: usize = 100;
+const MANY_PAIRS: usize = 10_000;
 
 /// Pairs of parts whose boxes meet, for each part, up to which these are looked at one by one.
 const PAIRS_A_PART: usize = 8;
@@ -57,19 +66,19 @@ const FEW_PAIRS: usize = 500;
 const REACH: f64 = 1.01;
 
 /// The pairs that may share a face, ascending, the lower id first: parts whose boxes meet; where these are many, as of parts in each
-/// other, those of which a facet is near one of the other's.
-fn pairs(parts: &[Part], bounds: &[Bounds]) -> Vec<(usize, usize)> {
+/// other, those of which a facet is near one of the other's, up to `most`.
+fn pairs(parts: &[Part], bounds: &[Bounds], most: usize) -> Option<Vec<(usize, usize)>> {
     let boxes = BoxTree::of_boxes(bounds.to_vec());
-    let most = PAIRS_A_PART * parts.len() + FEW_PAIRS;
+    let few = PAIRS_A_PART * parts.len() + FEW_PAIRS;
     let (mut all, mut near) = (Vec::new(), Vec::new());
     for (a, own) in bounds.iter().enumerate() {
         boxes.later(&own.inflated(INTERFACE_GAP_MM), a, &mut near);
-        if all.len() + near.len() > most {
-            return Neighbours::of(parts).within(REACH * INTERFACE_GAP_MM);
+        if all.len() + near.len() > few {
+            return Neighbours::of(parts).within(REACH * INTERFACE_GAP_MM, most);
         }
         all.extend(near.iter().map(|&b| (a, b)));
     }
-    all
+    Some(all)
 }
 
 /// Two parts whose boxes meet.

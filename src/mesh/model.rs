@@ -6,7 +6,7 @@ use hashbrown::{HashMap, HashSet};
 
 use super::captive::{captive, catchers, is_joint};
 use super::error::{Fault, FilePlace, Located};
-use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
+use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces, most_pairs};
 use super::shells::Surface;
 use super::soup::{OtherVolume, Soup};
 use super::{ReadOptions, Repair, TriangleMesh, Unit, guess_unit, parts, winding};
@@ -83,11 +83,22 @@ impl Model {
     ///
     /// The meshes are taken as they are: closed and facing outward is for the caller to see to.
     pub fn from_parts(parts: Vec<(String, TriangleMesh<Object>)>) -> Self {
-        let mut names = HashMap::new();
-        let part = |(id, (name, mesh))| Part { id, name: unique(&mut names, name), mesh };
-        let parts: Vec<Part> = parts.into_iter().enumerate().map(part).collect();
+        let parts = numbered(parts);
+        let interfaces = interfaces(&parts, usize::MAX).unwrap_or_default();
+        Self::joined(parts, interfaces)
+    }
+
+    /// The same of a stranger's file.
+    fn from_file(parts: Vec<(String, TriangleMesh<Object>)>) -> Result<Self, Located> {
+        let parts = numbered(parts);
+        let most = most_pairs(parts.len());
+        let crowded = || Fault::Crowded { parts: parts.len(), most }.at(FilePlace::File);
+        let interfaces = interfaces(&parts, most).ok_or_else(crowded)?;
+        Ok(Self::joined(parts, interfaces))
+    }
+
+    fn joined(parts: Vec<Part>, interfaces: Vec<Interface>) -> Self {
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
-        let interfaces = interfaces(&parts);
         let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));
         let mut model = Self {
             parts,
@@ -137,7 +148,7 @@ impl Model {
             let name = label(surface).name.clone().unwrap_or_else(|| unnamed(id));
             (name, mesh(&soup.vertices, surface, unit.millimetres()))
         });
-        let mut model = Self::from_parts(named.collect());
+        let mut model = Self::from_file(named.collect())?;
         let of = |object: u32| (0..surfaces.len()).filter(|&id| label(&surfaces[id]).object == object).collect();
         let away = away.iter().map(|surface| Away {
             name: label(surface).away_called(),
@@ -316,6 +327,13 @@ fn mesh(vertices: &[Vec3], surface: &Surface, scale: f64) -> TriangleMesh<Object
     });
     let facets = facets.collect();
     TriangleMesh::new(own, facets)
+}
+
+/// With their places as ids, and names of their own.
+fn numbered(parts: Vec<(String, TriangleMesh<Object>)>) -> Vec<Part> {
+    let mut names = HashMap::new();
+    let part = |(id, (name, mesh))| Part { id, name: unique(&mut names, name), mesh };
+    parts.into_iter().enumerate().map(part).collect()
 }
 
 /// `name`, or `name-2`, `name-3` ... where it is taken; `names` has all that are, each with the last number tried.

@@ -135,8 +135,9 @@ impl<'a> Neighbours<'a> {
         best
     }
 
-    /// The pairs of parts of which a facet each may be no more than `mm` apart, ascending, the lower id first; never one too few.
-    pub fn within(&self, mm: f64) -> Vec<(usize, usize)> {
+    /// The pairs of parts of which a facet each may be no more than `mm` apart, ascending, the lower id first; never one too few. `None` for more
+    /// than `most`, as soon as that is known.
+    pub fn within(&self, mm: f64, most: usize) -> Option<Vec<(usize, usize)>> {
         let (mut all, mut later, mut stack) = (Vec::new(), Vec::new(), Vec::new());
         for (part, mesh) in self.parts.iter().map(|part| &part.mesh).enumerate() {
             later.clear();
@@ -160,10 +161,13 @@ impl<'a> Neighbours<'a> {
                 }
                 later.sort_unstable();
                 later.dedup();
+                if later.len() > most - all.len() {
+                    return None;
+                }
             }
             all.extend(later.iter().map(|&other| (part, other)));
         }
-        all
+        Some(all)
     }
 
     /// Facets that have been looked at, and nodes: what the answers have cost.
@@ -262,7 +266,7 @@ mod tests {
         for (count, seed) in [(40, 7), (300, 8)] {
             let parts = strewn(count, seed).parts;
             for mm in [0.0, 0.5, 5.0] {
-                let found = Neighbours::of(&parts).within(mm);
+                let found = Neighbours::of(&parts).within(mm, usize::MAX).unwrap();
                 let near = |a: usize, b: usize| boxes_apart(&parts[a], &parts[b]) <= mm;
                 let wanted: Vec<_> = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).collect();
                 let wanted: Vec<_> = wanted.into_iter().filter(|&(a, b)| near(a, b)).collect();
@@ -296,7 +300,7 @@ mod tests {
             let neighbours = Neighbours::of(parts);
             parts.iter().for_each(|part| assert!(neighbours.nearest(part.id).is_some()));
             // Of shells in each other none is that near.
-            assert!(neighbours.within(0.04).len() < parts.len());
+            assert!(neighbours.within(0.04, parts.len()).unwrap().len() < parts.len());
             neighbours.looked_at()
         };
         for (few, many) in [(strewn(60, 5).parts, strewn(600, 5).parts), (nested(30), nested(300))] {

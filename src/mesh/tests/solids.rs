@@ -57,6 +57,18 @@ fn a_row_of_cubes_around_an_edge_is_told_apart_by_angle() {
     assert!(model.interfaces.iter().all(|one| close(one.area_mm2, 4.0)));
 }
 
+/// Each shares planes with each, nearly, and is printed once for every other: nobody means that, and looking at all pairs grows with their square.
+#[test]
+fn parts_most_of_which_overlap_are_refused() {
+    let bytes = |count: usize| {
+        let cubes: Vec<Mesh> = (0..count).map(|k| cube([0.01 * k as f64; 3], 20.0, false)).collect();
+        stl_binary_parts(&cubes.iter().collect::<Vec<_>>())
+    };
+    assert_eq!(read(&bytes(120), "x.stl").unwrap().parts.len(), 120);
+    let refused = read(&bytes(400), "x.stl").unwrap_err();
+    assert_eq!((refused.place, refused.fault), (FilePlace::File, Fault::Crowded { parts: 400, most: 50_000 }));
+}
+
 /// Turned about the y axis.
 fn turned(mesh: &Mesh, degrees: f64) -> Mesh {
     let (sin, cos) = degrees.to_radians().sin_cos();
