@@ -89,7 +89,7 @@ fi
 fuzzing() {
     local one code=0
     TRUNNION_CORPUS=fuzz/corpus nextest_of fuzzed::every_target_has_seeds || return 1
-    for one in config gcode journal mesh plan profile reply rewrite; do
+    for one in config gcode journal mesh plan profile program reply rewrite; do
         cargo +nightly fuzz run -s none "$one" -- -max_total_time="${TRUNNION_FUZZ_S:-300}" -seed="$((seed % 2147483647))" \
             -rss_limit_mb=2048 -timeout=10 -max_len=65536 -dict=tests/it/fuzzed/words.dict || code=1
     done

@@ -87,7 +87,8 @@ pub struct Finding {
 pub struct Report {
     /// The findings by line, at most [`KEPT_PER_RULE`] of each rule.
     pub findings: Vec<Finding>,
-    /// All findings, kept or not, by rule; of collisions of the head, each of which is dear, the first thousand.
+    /// All findings, kept or not, by rule; of collisions of the head, each of which is dear, the first thousand, and one for
+    /// each twenty moves of a short program.
     pub counts: BTreeMap<Rule, usize>,
     /// The least distance between the head and everything that it does not print on, mm, over the whole file: in any direction, to
     /// 0.05 mm at a fixed pose and a proved lower bound while the table turns. The piece that carries the tip counts against

@@ -346,7 +346,7 @@ fn no_single_byte_costs_more_than_three_times_the_clean_run() {
     let clean = run(&program(), &profile());
     let mut numbers = SplitMix64::seeded(44);
     let mut dearest = (0.0, String::new());
-    for _ in 0..120 {
+    for _ in 0..40 {
         let at = numbers.below(bytes.len());
         let mut changed = bytes.clone();
         // Half of them a digit for a digit, which reads best.

@@ -38,8 +38,10 @@ const TURNS: usize = 1000;
 const TURNS_A_PRINT: usize = 256;
 const TURNS_A_FIELD: usize = 16;
 
-/// So many collisions of the head are found; how often it strikes beyond that tells nobody more, and each is dear.
-const MOST_STRIKES: usize = 1000;
+/// So many collisions of the head are found, in a short program one for so many moves; how often it strikes beyond that tells nobody more, and each
+/// costs as much as ten moves.
+const STRIKES: [usize; 2] = [20, 1000];
+const MOVES_A_STRIKE: usize = 20;
 
 /// How deep the nozzle may be in the table, mm: what the last digits of a program's words come to.
 const INTO_TABLE_MM: f64 = 0.005;
@@ -83,6 +85,7 @@ pub(super) fn check(&Evidence { acts, job, planned, .. }: &Evidence<'_>) -> Chec
         turns: 0,
         most_turns: TURNS + TURNS_A_PRINT * planned.len(),
         strikes: 0,
+        most_strikes: (acts.trace.len() / MOVES_A_STRIKE).clamp(STRIKES[0], STRIKES[1]),
         laying: Laying::new(job.profile.process.bridge_mm),
         depth: Depth::default(),
         walked: Walked {
@@ -166,6 +169,7 @@ struct Walker<'a> {
     most_turns: usize,
     /// How often the head has struck.
     strikes: usize,
+    most_strikes: usize,
     laying: Laying,
     depth: Depth,
     walked: Walked,
@@ -250,7 +254,7 @@ impl Walker<'_> {
     /// A travel through what its own print has laid; where it `strikes` that has been said.
     fn check_depth(&mut self, stroke: &Stroke, index: usize, strikes: bool) {
         let Some(deep) = self.depth.take(self.acts, stroke, index, self.pose) else { return };
-        if strikes || self.strikes >= MOST_STRIKES {
+        if strikes || self.strikes >= self.most_strikes {
             return;
         }
         self.strikes += 1;

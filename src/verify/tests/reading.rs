@@ -28,17 +28,21 @@ fn what_marlin_takes_for_words_is_no_comment() {
 /// Digits that change no number, until the line is too long for the firmware: the size at which it is found.
 #[test]
 fn a_line_is_too_long_from_the_first_byte_that_is_not_read() {
-    let mut least = None;
-    for zeros in 0..120 {
-        let text = changed(LINE, 40, &format!("G1 X4.600{} Y-4.600 E", "0".repeat(zeros)));
-        let line = text.lines().find(|line| line.starts_with(&format!("G1 X4.600{}", "0".repeat(zeros.max(1)))));
+    let with = |zeros: usize| changed(LINE, 40, &format!("G1 X4.600{} Y-4.600 E", "0".repeat(zeros)));
+    let length = |text: &str, zeros: usize| {
+        let begins = format!("G1 X4.600{}", "0".repeat(zeros));
+        text.lines().find(|line| line.starts_with(&begins)).map_or(0, str::len)
+    };
+    let shortest = length(&with(1), 1) - 1;
+    // Far from the length, just below it, at it, and beyond.
+    for long in [shortest + 1, 60, 94, 95, 96, 97, 110, 150] {
+        let zeros = long - shortest;
+        let text = with(zeros);
+        assert_eq!(length(&text, zeros), long);
         let report = run(&text, &profile());
-        if found(&report, Rule::Reading) {
-            least = least.or(line.map(str::len));
-            assert_eq!(report.findings[0].measured as usize, line.unwrap().len());
-        }
+        assert_eq!(found(&report, Rule::Reading), long >= 96, "{long} bytes");
+        assert!(long < 96 || report.findings[0].measured as usize == long, "{:?}", report.findings[0]);
     }
-    assert_eq!(least, Some(96));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::super::field::{Field, Rect};
 use super::super::hull::Hull;
 use super::super::near::{Strangers, TipWay};
 use super::super::report::{NearestApproach, Rule};
-use super::{MOST_STRIKES, Setup, Walker};
+use super::{Setup, Walker};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
 /// To how much the least distance is told, mm.
@@ -32,7 +32,7 @@ pub(super) struct Run {
 impl Walker<'_> {
     /// The head on the tip's way between `ends`; judged by pieces of the way down to `finest`.
     pub(super) fn sweep(&mut self, setup: &mut Setup, ends: [Vec3; 2], line: u32, finest: [f64; 2]) {
-        if self.strikes >= MOST_STRIKES {
+        if self.strikes >= self.most_strikes {
             return;
         }
         let head = std::mem::take(&mut self.head);

@@ -1,7 +1,7 @@
 //! A short turn of each fuzz target (`fuzz/`, docs/explanation/fuzzing.md) with changes that are the same on every machine: nothing panics, overflows or
 //! hangs, and what the targets promise holds.
 
-mod bodies;
+pub(crate) mod bodies;
 mod findings;
 mod mutate;
 mod seeds;
@@ -123,6 +123,11 @@ fn any_profile_and_any_configuration_of_a_firmware_are_read_or_refused() {
 #[test]
 fn any_answers_are_borne() {
     survives("reply", 15_000);
+}
+
+#[test]
+fn any_finished_program_is_judged_shown_and_sent_or_refused() {
+    survives("program", 100);
 }
 
 #[test]

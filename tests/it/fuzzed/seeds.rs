@@ -7,6 +7,7 @@ use trunnion::mesh::{ReadOptions, read_model, threemf};
 use trunnion::profile::{SHIPPED, resolve, shipped};
 
 use super::bodies::mesh::XML;
+use super::bodies::program::victims;
 use super::bodies::rewrite::made;
 use crate::imported::{koala, small_ini, small_klipper, small_marlin, small_reprap};
 use crate::support::root;
@@ -20,6 +21,7 @@ pub(super) fn seeds(target: &str) -> Vec<Vec<u8>> {
         "mesh" => mesh(),
         "plan" => plan(),
         "profile" => profile(),
+        "program" => program(),
         "reply" => reply(),
         "rewrite" => rewrite(),
         _ => Vec::new(),
@@ -69,6 +71,17 @@ fn rewrite() -> Vec<Vec<u8>> {
         all.extend([behind(&[print as u8], slice), behind(&[print as u8], changeable)]);
     }
     all.push(behind(&[255], &made().program));
+    all
+}
+
+/// Without pictures and figures, too, so that changes strike what is printed.
+fn program() -> Vec<Vec<u8>> {
+    let mut all = Vec::new();
+    for (victim, number) in victims().iter().zip(0..) {
+        let lines = victim.program().split_inclusive(|byte| *byte == b'\n');
+        let bare: Vec<u8> = lines.filter(|line| !line.starts_with(b"; ")).flatten().copied().collect();
+        all.extend([behind(&[number], victim.program()), behind(&[number], bare)]);
+    }
     all
 }
 

@@ -11,6 +11,7 @@ pub(crate) mod mesh;
 mod plan;
 mod print;
 mod profile;
+pub(crate) mod program;
 mod reply;
 pub(crate) mod rewrite;
 mod shelf;
@@ -23,13 +24,14 @@ use trunnion::profile::{Profile, SHIPPED, resolve};
 pub(crate) type Body = fn(&[u8]);
 
 /// The targets by name.
-pub(crate) const BODIES: [(&str, Body); 8] = [
+pub(crate) const BODIES: [(&str, Body); 9] = [
     ("config", config::config),
     ("gcode", gcode::gcode),
     ("journal", journal::journal),
     ("mesh", mesh::mesh),
     ("plan", plan::plan),
     ("profile", profile::profile),
+    ("program", program::program),
     ("reply", reply::reply),
     ("rewrite", rewrite::rewrite),
 ];

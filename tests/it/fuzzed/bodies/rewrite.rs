@@ -17,7 +17,7 @@ use super::shelf::Shelf;
 
 /// A model's plan, a slice of each of its prints, and the program.
 pub(crate) struct Made {
-    plan: CheckedPlan,
+    pub(super) plan: CheckedPlan,
     options: SlicingOptions,
     /// By print.
     pub(crate) slices: Vec<Vec<u8>>,
@@ -25,24 +25,10 @@ pub(crate) struct Made {
     pub(crate) program: Vec<u8>,
 }
 
-/// A small tree of three parts, two of them printed with the table tilted, for the generic machine.
+/// For the generic machine.
 pub(crate) fn made() -> &'static Made {
     static MADE: OnceLock<Made> = OnceLock::new();
-    MADE.get_or_init(|| {
-        let shelf = Shelf::empty();
-        let world = shelf.world();
-        let model = Source::Bytes { name: "y-tree.stl".to_owned(), bytes: small() };
-        let mut request = PlanRequest::new(model, "generic-ac");
-        request.options.overhang_deg = Some(40.0);
-        let plan = job::plan(&request, &world).expect("a plan").plan;
-        let options = SlicingOptions { slicer: SlicerChoice::BuiltIn, ..SlicingOptions::default() };
-        let prints = Prints::of(&plan, options.bed);
-        let request = SliceRequest { plan: &plan, prints: &prints, options: &options };
-        let slices = job::slice(&request, &world).expect("slices").sliced;
-        let mut made = Made { plan, options, slices, program: Vec::new() };
-        made.program = made.rewritten(None).expect("a program");
-        made
-    })
+    MADE.get_or_init(|| Made::on("generic-ac"))
 }
 
 /// The shipped fixture at a tenth of its size: slices of some kilobytes.
@@ -58,6 +44,23 @@ fn small() -> Vec<u8> {
 }
 
 impl Made {
+    /// A small tree of three parts, two of them printed at a tilt.
+    pub(super) fn on(machine: &str) -> Self {
+        let shelf = Shelf::empty();
+        let world = shelf.world();
+        let model = Source::Bytes { name: "y-tree.stl".to_owned(), bytes: small() };
+        let mut request = PlanRequest::new(model, machine);
+        request.options.overhang_deg = Some(40.0);
+        let plan = job::plan(&request, &world).expect("a plan").plan;
+        let options = SlicingOptions { slicer: SlicerChoice::BuiltIn, ..SlicingOptions::default() };
+        let prints = Prints::of(&plan, options.bed);
+        let request = SliceRequest { plan: &plan, prints: &prints, options: &options };
+        let slices = job::slice(&request, &world).expect("slices").sliced;
+        let mut made = Self { plan, options, slices, program: Vec::new() };
+        made.program = made.rewritten(None).expect("a program");
+        made
+    }
+
     /// The program with these bytes in the place of the slice of one print.
     fn rewritten(&self, other: Option<(usize, &[u8])>) -> Result<Vec<u8>, PrintError> {
         let bytes = |print: usize| match other {
