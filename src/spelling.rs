@@ -12,10 +12,15 @@
 //! assert_eq!(numbers("0, 0, 1"), Some([0.0, 0.0, 1.0]));
 //! ```
 
+/// As few letters say by themselves how a name begins.
+const BEGINNING: usize = 3;
+
 /// The one of `known` nearest to `wanted` and by how many edits (Levenshtein: letters put in, left out or changed), the first
-/// of those as near; `None` for no names.
+/// of those as near; `None` for no names. A name's beginning is one edit away from it, however much is left out: prusa for prusa-slicer.
 pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<(usize, &'a str)> {
-    known.into_iter().map(|name| (edits(wanted, name), name)).min_by_key(|(edits, _)| *edits)
+    let begins = |name: &str| wanted.chars().count() >= BEGINNING && name.starts_with(wanted);
+    let far = |name: &str| if begins(name) && name != wanted { 1 } else { edits(wanted, name) };
+    known.into_iter().map(|name| (far(name), name)).min_by_key(|(edits, _)| *edits)
 }
 
 /// Numbers with commas between them, as `12.5,-30`; `None` unless there are just `N`, all finite.
@@ -86,6 +91,13 @@ mod tests {
         assert_eq!(nearest("ab", ["ac", "ad"]), Some((1, "ac")));
         assert_eq!(nearest("höhe", ["hohe", ""]), Some((1, "hohe")), "letters, not bytes");
         assert_eq!((nearest("", ["abc"]), nearest("x", [])), (Some((3, "abc")), None));
+    }
+
+    #[test]
+    fn a_beginning_is_nearer_than_what_is_short_by_chance() {
+        assert_eq!(nearest("prusa", ["cura", "prusa-slicer"]), Some((1, "prusa-slicer")));
+        assert_eq!(nearest("cura", ["cura-engine", "cura"]), Some((0, "cura")));
+        assert_eq!(nearest("pr", ["cr", "prusa-slicer"]), Some((1, "cr")), "two letters are none");
     }
 
     #[test]

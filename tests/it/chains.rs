@@ -10,7 +10,7 @@ use trunnion::motion::Pose;
 use trunnion::profile::{ProfileError, resolve};
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, note, said, trunnion};
+use crate::support::{folder, installed, note, said, skip, trunnion};
 
 /// LinuxCNC's `5axiskins.c`: a spherical head, B counted so that +B swings the tip to +X.
 fn five_axis_forward(joints: [f64; 3], b: f64, c: f64, pivot_length: f64) -> [f64; 3] {
@@ -287,6 +287,49 @@ fn heads_that_turn_lay_every_part_where_it_is() {
             let poses: Vec<(f64, f64)> = moves(&text).iter().map(|(_, _, to, ..)| (to.b, to.c)).collect();
             assert!(poses.iter().any(|(b, _)| b.abs() > 40.0), "{name} on {}: the head never leans", told.name);
         }
+    }
+}
+
+/// As much as that of supports and brims beside a part, mm.
+const BESIDE_MM: f64 = 8.0;
+
+/// What else the main job does goes the same way: supports below a head that leans, cuts that are printed leaning, and the lines of a slicer that
+/// people have. What is laid is as large as the model, by the published formulas.
+#[test]
+fn heads_that_turn_are_given_supports_cuts_and_slicers_too() {
+    let slicer = if installed("prusa-slicer") {
+        "prusa-slicer"
+    } else {
+        skip("PrusaSlicer is not installed: its file for a head that turns");
+        "builtin"
+    };
+    // By --up as it is drawn: 60 x 16 x 30 mm.
+    let bracket = [60.0, 16.0, 30.0];
+    let rows = [
+        (0, "supports", "builtin", [BESIDE_MM, BESIDE_MM, 0.0]),
+        (1, "cut", "builtin", [0.0; 3]),
+        (2, "supports", slicer, [BESIDE_MM, BESIDE_MM, 0.0]),
+        (2, "cut", slicer, [0.0; 3]),
+    ];
+    for (told, way, slicer, more) in rows {
+        let (dir, told) = (folder(), TOLD[told]);
+        let machine = extended(told.name, "told", told.more, dir.path());
+        let file = dir.path().join("out.gcode");
+        let document = prepare(&fixture("bracket"), &machine, slicer, &file, &["--way", way]);
+        let what = format!("{way} with {slicer} on {}", told.name);
+        assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{what}");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let parts = document["plan"]["parts"].as_array().unwrap().len();
+        let boxes = laid(&told, &text, parts);
+        let corner =
+            |side: usize, i: usize, least: fn(f64, f64) -> f64| boxes.iter().map(|b| b[side][i]).reduce(least).unwrap();
+        for i in 0..3 {
+            let size = corner(1, i, f64::max) - corner(0, i, f64::min);
+            assert!((-0.9..=more[i] + 0.01).contains(&(size - bracket[i])), "{what}: {size} mm along {i}");
+        }
+        let leans = moves(&text).iter().any(|(_, _, to, e, _)| *e > 0.0 && to.b.abs() > 40.0);
+        assert_eq!(leans, way == "cut", "{what}");
+        assert_eq!(document["plan"]["supports"].is_null() && document["supports"].is_null(), way == "cut", "{what}");
     }
 }
 

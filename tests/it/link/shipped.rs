@@ -15,30 +15,49 @@ use crate::support::{folder, note, root, said, states, trunnion};
 #[test]
 fn each_shipped_machine_prints_a_file_that_verifies() {
     for (name, file, text) in SHIPPED {
-        let dir = folder();
-        let (out, plan) = (dir.path().join("out.gcode"), dir.path().join("plan.json"));
-        prepare(&fixture("y-tree"), name, "builtin", &out, &["--plan-out", plan.to_str().unwrap()]);
         let profile = resolve(file, text).unwrap().0;
-        let program = std::fs::read_to_string(&out).unwrap();
-        for letter in [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter] {
-            assert!(program.contains(&format!("\nG1 {letter}")), "{name}: {letter} never turns");
-        }
-        if profile.link.protocol == "none" {
-            continue;
-        }
-        let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
-        let _printer = simulate(&link, Path::new(name), &["--speed", "max", "--log", log.to_str().unwrap()]);
-        if profile.link.protocol == "grbl" {
-            home(&link);
-        }
-        let done = output(trunnion().arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link));
-        assert!(done.status.success(), "{name}: {}", said(&done));
-        // The sender waits for the last move by itself as well.
-        let wanted: Vec<String> = wanted(&out).into_iter().filter(|line| line != "M400").collect();
-        let executed: Vec<String> = executed(&log).into_iter().filter(|l| l != "$H" && l != "G4P0.01").collect();
-        assert_same(&wanted, &executed);
-        note(&format!("{name}: {} lines printed", program.lines().count()));
+        let letters = [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter];
+        printed("y-tree", name, &profile.link.protocol, &letters, &[]);
     }
+}
+
+/// Four axes: one that tilts to both sides and does not turn, one that turns and does not tilt. No word of the axis that is not there is written.
+#[test]
+fn machines_of_four_axes_print_a_file_that_verifies() {
+    let dir = folder();
+    let machine = |name: &str, axes: &str| {
+        let file = dir.path().join(format!("{name}.toml"));
+        std::fs::write(&file, format!("extends = \"generic-bc\"\n[machine]\nname = \"{name}\"\n{axes}")).unwrap();
+        file.display().to_string()
+    };
+    let tilts = "[kinematics.tilt]\nmin_deg = -90.0\nmax_deg = 90.0\n[kinematics.rotation]\nturns = \"none\"\n";
+    printed("y-tree", &machine("tilts", tilts), "marlin", &['B'], &['C']);
+    printed("cube", &machine("turns", "[kinematics.tilt]\nturns = \"none\"\n"), "marlin", &['C'], &['B']);
+}
+
+/// From a model to what the simulated machine has done, line by line; its axes turn, and those that it does not have are never told to.
+fn printed(model: &str, machine: &str, protocol: &str, turns: &[char], never: &[char]) {
+    let dir = folder();
+    let (out, plan) = (dir.path().join("out.gcode"), dir.path().join("plan.json"));
+    prepare(&fixture(model), machine, "builtin", &out, &["--plan-out", plan.to_str().unwrap()]);
+    let program = std::fs::read_to_string(&out).unwrap();
+    let told = |letter: &char| program.lines().any(|line| line.starts_with(&format!("G1 {letter}")));
+    assert!(turns.iter().all(told) && !never.iter().any(told), "{machine}: {turns:?}, never {never:?}");
+    if protocol == "none" {
+        return;
+    }
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, Path::new(machine), &["--speed", "max", "--log", log.to_str().unwrap()]);
+    if protocol == "grbl" {
+        home(&link);
+    }
+    let done = output(trunnion().arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link));
+    assert!(done.status.success(), "{machine}: {}", said(&done));
+    // The sender waits for the last move by itself as well.
+    let wanted: Vec<String> = wanted(&out).into_iter().filter(|line| line != "M400").collect();
+    let executed: Vec<String> = executed(&log).into_iter().filter(|l| l != "$H" && l != "G4P0.01").collect();
+    assert_same(&wanted, &executed);
+    note(&format!("{machine}: {} lines printed", program.lines().count()));
 }
 
 /// A model of two parts, prepared for `name`; the words that tilt its table.
