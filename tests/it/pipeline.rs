@@ -102,10 +102,6 @@ fn prepare_with(name: &str, slicer: &str) {
     let whole = folder.path().join("whole.gcode");
     let document = prepare(&fixture(name), "generic-ac", slicer, &whole, &["--plan-out", &path("plan.json")]);
     assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{name}");
-    // Eighteen prints, sliced again and rewritten twice, are a soak's.
-    if name == "candelabrum" && soak().is_none() {
-        return;
-    }
     let run =
         trunnion().args(["slice", &path("plan.json"), "--slicer", slicer, "-o", &path("slots")]).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
@@ -132,7 +128,9 @@ fn every_fixture_is_prepared_and_verified_with_prusa_slicer() {
     if !installed("prusa-slicer") {
         return skip("prusa-slicer is not installed (apt-get install prusa-slicer)");
     }
-    FIXTURES.iter().for_each(|name| prepare_with(name, "prusa-slicer"));
+    // The candelabrum's eighteen prints are a soak's.
+    let names = FIXTURES.iter().filter(|name| **name != "candelabrum" || soak().is_some());
+    names.for_each(|name| prepare_with(name, "prusa-slicer"));
 }
 
 /// The same bytes twice from end to end, within three tries: see [`prepare_with`].

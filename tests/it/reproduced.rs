@@ -9,7 +9,7 @@ use trunnion::mesh::TriangleMesh;
 use trunnion::orient::{Facets, Objective, Staircase, SupportVolumeConvex, TanhOverhang, WeightedNormalZ, from_angles};
 use trunnion::support::{FlowLimits, Graph, Grid, min_cost};
 
-use crate::support::{folder, note};
+use crate::support::{every, folder, note};
 
 #[allow(dead_code, reason = "the program's own main")]
 #[path = "../../examples/reproduce/main.rs"]
@@ -100,9 +100,10 @@ fn each_value_is_as_near_as_the_page_says_and_the_page_has_every_table_and_figur
     assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("@import"));
     let links = page.matches("http").count();
     assert_eq!(links, page.matches("xmlns=\"http").count());
-    // Two that draw numbers and stop by steps.
+    // Two that draw numbers and stop by steps; in the suite one of them.
     let run = sources::Run { quick: true, meshes: None };
-    for again in example::remade(&run, &["boogers".to_owned(), "leitereg".to_owned()]) {
+    let drawn: Vec<String> = ["leitereg", "boogers"].into_iter().step_by(every(2)).map(str::to_owned).collect();
+    for again in example::remade(&run, &drawn) {
         assert!(listed.contains(&again.json()), "{} differs from one run to the next", again.key);
     }
 }

@@ -107,11 +107,11 @@ fn other_methods_gain_over_boxes_too() {
         apart(&solids, &room, &done.put).unwrap();
         (done.boxes as usize, done.put.len())
     };
-    let (boxes, covered) = by(Method::Coverings, 20_000_000);
+    let (boxes, covered) = by(Method::Coverings, 8_000_000);
     assert!(covered > boxes, "{covered} by coverings, {boxes} by boxes");
-    let (_, cells) = by(Method::Auto, 8_000_000);
+    let (_, cells) = by(Method::Auto, 4_000_000);
     assert!(cells > boxes, "{cells} by cells, {boxes} by boxes");
-    let (_, annealed) = by(Method::Anneal, 6_000_000);
+    let (_, annealed) = by(Method::Anneal, 3_000_000);
     assert!(annealed >= boxes, "{annealed} by annealing, {boxes} by boxes");
     crate::support::note(&format!("angles: boxes {boxes}, coverings {covered}, cells {cells}, annealing {annealed}"));
 }

@@ -110,8 +110,11 @@ fn is_optional(at: &str) -> bool {
     of_a_goal || OPTIONAL.contains(&key) || IN_PROFILES.contains(&key) || key == "points_mm" || in_plan
 }
 
-/// Every document of `made` with every change: file, what was done, where, document.
-fn changed() -> Vec<(&'static str, &'static str, String, Value)> {
+/// File, what was done, where, document.
+type Changed = (&'static str, &'static str, String, Value);
+
+/// Every document of `made` with every change.
+fn changed() -> Vec<Changed> {
     let mut all = Vec::new();
     for (file, document) in made() {
         let mut at = Vec::new();
@@ -124,9 +127,16 @@ fn changed() -> Vec<(&'static str, &'static str, String, Value)> {
     all
 }
 
+/// One after the other, since all need every document.
 #[test]
-fn a_key_dropped_renamed_or_added_and_a_value_of_another_type_are_seen() {
+fn what_is_changed_in_a_document_is_seen_and_another_program_says_the_same() {
     let all = changed();
+    a_key_dropped_renamed_or_added_and_a_value_of_another_type_are_seen(&all);
+    numbers_beyond_what_they_can_be_are_seen();
+    another_program_says_the_same(&all);
+}
+
+fn a_key_dropped_renamed_or_added_and_a_value_of_another_type_are_seen(all: &[Changed]) {
     let passed = all.iter().filter(|(file, _, _, value)| schemas().faults(file, value).is_empty());
     let passed: Vec<String> = passed.map(|(file, what, at, _)| format!("{file}: {what} at {at}")).collect();
     assert!(passed.is_empty(), "{} of {} changes pass: {}", passed.len(), all.len(), passed.join("; "));
@@ -135,7 +145,6 @@ fn a_key_dropped_renamed_or_added_and_a_value_of_another_type_are_seen() {
 
 /// Values that no document has: a direction that is none, a share above 1, a negative length, seconds in milliseconds' place are numbers
 /// still, and only ranges tell.
-#[test]
 fn numbers_beyond_what_they_can_be_are_seen() {
     let wrong = [
         ("verify.json", "/filament_mm", json!(-1)),
@@ -171,14 +180,12 @@ fn numbers_beyond_what_they_can_be_are_seen() {
 }
 
 /// Our checker's verdicts against the `jsonschema` package's, over all documents and every seventh change.
-#[test]
-fn another_program_says_the_same() {
+fn another_program_says_the_same(changed: &[Changed]) {
     let local = root().join(".venv/bin/python").display().to_string();
     let Some(python) = python(&[&local, "python3", "python"], "jsonschema") else {
         skip("Python's jsonschema is not installed: our schemas and their checker have no second witness");
         return;
     };
-    let changed = changed();
     let whole = made().iter().map(|(file, document)| (file.as_str(), document));
     let broken = changed.iter().step_by(7).map(|(file, _, _, document)| (*file, document));
     let all: Vec<(&str, &Value)> = whole.chain(broken).collect();
