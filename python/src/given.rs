@@ -1,6 +1,8 @@
 //! What Python gives, as plain values: each that is none of its kind is refused by name, with what was given.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -10,13 +12,13 @@ use trunnion::mesh::{Repair, Unit};
 
 use crate::trouble::Trouble;
 
-/// A file's name and, where it is in hand, its content.
-pub(crate) type Named = (String, Option<PyBackedBytes>);
+/// A file's name and, where it is in hand, its content. A path need not be text.
+pub(crate) type Named = (OsString, Option<PyBackedBytes>);
 
 /// A file, or what would be in one.
 pub(crate) fn source((name, bytes): Named) -> Source {
     match bytes {
-        Some(bytes) => Source::Bytes { name, bytes: bytes.to_vec() },
+        Some(bytes) => Source::Bytes { name: name.to_string_lossy().into_owned(), bytes: bytes.to_vec() },
         None => Source::File(PathBuf::from(name)),
     }
 }
@@ -25,7 +27,11 @@ pub(crate) fn source((name, bytes): Named) -> Source {
 pub(crate) fn machine((word, toml): Named) -> MachineSource {
     match toml {
         Some(_) => MachineSource::Toml(source((word, toml))),
-        None => MachineSource::from(word.as_str()),
+        None => match word.to_str() {
+            Some(word) => MachineSource::from(word),
+            // No shipped name is: a path.
+            None => MachineSource::Toml(Source::File(PathBuf::from(word))),
+        },
     }
 }
 
@@ -33,6 +39,10 @@ pub(crate) fn machine((word, toml): Named) -> MachineSource {
 pub(crate) struct Given<'py>(pub(crate) Bound<'py, PyDict>);
 
 impl<'py> Given<'py> {
+    pub(crate) fn py(&self) -> Python<'py> {
+        self.0.py()
+    }
+
     /// As it is.
     pub(crate) fn any(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         Ok(self.0.get_item(name)?.filter(|value| !value.is_none()))
@@ -71,6 +81,17 @@ impl<'py> Given<'py> {
         self.of(name, "a string", |value| value.extract().ok())
     }
 
+    /// What makes a time of a number of seconds.
+    pub(crate) fn seconds<'a>(&'a self, name: &'a str) -> impl FnOnce(f64) -> PyResult<Duration> + 'a {
+        move |seconds| {
+            let refused = |_| {
+                Trouble::input(format!("{name} must be a number of seconds of at least 0, got {seconds}"))
+                    .raised(self.py())
+            };
+            Duration::try_from_secs_f64(seconds).map_err(refused)
+        }
+    }
+
     pub(crate) fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
         self.of(name, "a list of strings", |value| value.extract().ok())
     }
@@ -94,11 +115,7 @@ impl<'py> Given<'py> {
     }
 
     pub(crate) fn vector<const N: usize>(&self, name: &str) -> PyResult<Option<[f64; N]>> {
-        let read = |value: &Bound<'_, PyAny>| {
-            let all: Vec<f64> = value.try_iter().ok()?.map(|v| v.ok()?.extract().ok()).collect::<Option<_>>()?;
-            all.try_into().ok().filter(|v: &[f64; N]| v.iter().all(|v| v.is_finite()))
-        };
-        self.of(name, &format!("{N} finite numbers"), read)
+        self.of(name, &format!("{N} finite numbers"), |value| numbers(value)?.try_into().ok())
     }
 
     pub(crate) fn named(&self, name: &str) -> PyResult<Option<Named>> {
@@ -108,7 +125,7 @@ impl<'py> Given<'py> {
     /// The model, with how to read it.
     pub(crate) fn model(&self, model: Named) -> PyResult<ModelSource> {
         let unit = self.text("unit")?.map(|text| text.parse::<Unit>()).transpose();
-        let unit = unit.map_err(|error| Trouble::input(error.to_string()).raised(self.0.py()))?;
+        let unit = unit.map_err(|error| Trouble::input(error.to_string()).raised(self.py()))?;
         let how = |value: &Bound<'_, PyAny>| match value.extract::<bool>() {
             Ok(mends) => Some(if mends { Repair::Auto } else { Repair::Off }),
             Err(_) => Repair::named(&value.extract::<String>().ok()?),
@@ -116,6 +133,12 @@ impl<'py> Given<'py> {
         let repair = self.of("repair", REPAIR, how)?.unwrap_or_default();
         Ok(ModelSource { unit, repair, ..ModelSource::from(source(model)) })
     }
+}
+
+/// Finite numbers, whatever holds them.
+pub(crate) fn numbers(value: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
+    let all: Vec<f64> = value.try_iter().ok()?.map(|v| v.ok()?.extract().ok()).collect::<Option<_>>()?;
+    Some(all).filter(|all| all.iter().all(|v| v.is_finite()))
 }
 
 const FLAG: &str = "True or False";

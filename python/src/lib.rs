@@ -12,9 +12,11 @@
 //! ```
 
 mod arrays;
+mod call;
 mod given;
 mod profile;
 mod run;
+mod shape;
 mod trouble;
 mod verbs;
 
@@ -27,6 +29,8 @@ mod _trunnion {
     use super::arrays::encode;
     #[pymodule_export]
     use super::profile::{profile, shipped};
+    #[pymodule_export]
+    use super::shape::{pack, support};
     #[pymodule_export]
     use super::verbs::{inspect, orient, plan, prepare, split, verify};
     use pyo3::prelude::*;

@@ -1,71 +1,24 @@
 //! The verbs: arguments to requests, results to documents. Files are claimed before the work and written after it, as the command does.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use trunnion::document;
 use trunnion::job::{
-    self, Arrangement, Cutting, Finish, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile, Outputs,
-    PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest,
-    SlicingOptions, SplitOptions, SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
+    self, Arrangement, Cutting, Finish, ModelSource, OrientOptions, OrientRequest, OutputFile, PartChoice, PictureFile,
+    PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest, SlicingOptions, SplitOptions,
+    SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
 use trunnion::strategy::StrategyError;
 use trunnion::strategy::Way;
 use trunnion::world::FileError;
 
+use crate::call::{Call, Made, before_writing, claim, read, text};
 use crate::given::{Given, Named, machine, source};
-use crate::run::run;
 use crate::trouble::Trouble;
-
-/// A document, and what the call made beside it, by name.
-type Made = (String, Vec<(&'static str, Vec<u8>)>);
-
-/// Threads of a call: what starting them costs grows with their square.
-const MOST_THREADS: usize = 1024;
-
-/// What every verb is given: where its words go, and its keyword arguments.
-struct Call<'py> {
-    told: Bound<'py, PyAny>,
-    given: Given<'py>,
-    threads: usize,
-}
-
-impl<'py> Call<'py> {
-    fn of(told: Bound<'py, PyAny>, given: Bound<'py, PyDict>) -> PyResult<Self> {
-        let given = Given(given);
-        let few = |value: &Bound<'_, PyAny>| value.extract().ok().filter(|threads| *threads <= MOST_THREADS);
-        let threads = given.of("threads", &format!("a whole number from 0 to {MOST_THREADS}"), few)?.unwrap_or(0);
-        Ok(Self { told, given, threads })
-    }
-
-    /// The work on its own thread.
-    fn run(&self, work: impl FnOnce(&World<'_>) -> Result<Made, Trouble> + Send + 'static) -> PyResult<Made> {
-        run(&self.told, self.threads, work)
-    }
-}
-
-fn text(document: &Value) -> String {
-    serde_json::to_string_pretty(document).unwrap_or_default()
-}
-
-/// The files that a call reads.
-fn read<'a>(models: impl IntoIterator<Item = &'a ModelSource>, machine: Option<&'a MachineSource>) -> Outputs {
-    let models = models.into_iter().filter_map(|model| model.source.path());
-    Outputs::new(models.chain(machine.and_then(MachineSource::path)))
-}
-
-fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, FileError> {
-    path.map(|path| outputs.claim(path)).transpose()
-}
-
-/// A call that was cancelled ends here, before it writes.
-fn before_writing(world: &World<'_>) {
-    let _ = world.clock.now();
-}
 
 #[pyfunction]
 pub(crate) fn inspect(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
@@ -136,7 +89,7 @@ fn standing(given: &Given<'_>) -> PyResult<PoseChoice> {
     Ok(given.vector("up")?.map_or(PoseChoice::AsDrawn, PoseChoice::Up))
 }
 
-fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> {
+pub(crate) fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> {
     let usual = Arrangement::default();
     let beside: Vec<(Named, usize)> = given
         .of("beside", "a list of pairs of model and number of copies", |all| all.extract().ok())?
@@ -153,7 +106,7 @@ fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> 
     })
 }
 
-fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
+pub(crate) fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
     let usual = PlanOptions::default();
     let (origin_mm, turn_deg) = (given.vector("origin_mm")?, given.number("turn_deg")?);
     let placed = origin_mm.is_some() || turn_deg.is_some();
@@ -194,19 +147,9 @@ fn slicing(given: &Given<'_>) -> PyResult<SlicingOptions> {
     Ok(SlicingOptions {
         slicer: given.text("slicer")?.and_then(|word| word.parse().ok()).unwrap_or(usual.slicer),
         configs: given.paths("slicer_config")?,
-        timeout: given.number("slicer_timeout_s")?.map_or(Ok(usual.timeout), seconds(given))?,
-        bed: bed.map_err(|error| Trouble::from(error).raised(given.0.py()))?.unwrap_or(usual.bed),
+        timeout: given.number("slicer_timeout_s")?.map_or(Ok(usual.timeout), given.seconds("slicer_timeout_s"))?,
+        bed: bed.map_err(|error| Trouble::from(error).raised(given.py()))?.unwrap_or(usual.bed),
     })
-}
-
-fn seconds<'a>(given: &'a Given<'_>) -> impl FnOnce(f64) -> PyResult<Duration> + 'a {
-    |seconds| {
-        let refused = |_| {
-            Trouble::input(format!("slicer_timeout_s must be a number of seconds of at least 0, got {seconds}"))
-                .raised(given.0.py())
-        };
-        Duration::try_from_secs_f64(seconds).map_err(refused)
-    }
 }
 
 /// The file beside `output` for a model that is not as it was read.
@@ -237,7 +180,7 @@ fn only(given: &Given<'_>) -> PyResult<Option<Way>> {
     Ok(WAYS[given.word("way", &WAYS)?].parse().ok())
 }
 
-fn supporting(given: &Given<'_>, words: [&str; 2]) -> PyResult<Supporting> {
+pub(crate) fn supporting(given: &Given<'_>, words: [&str; 2]) -> PyResult<Supporting> {
     let word = words[given.word("supports", &words)?];
     Ok(if word == "never" { Supporting::Never } else { Supporting::Auto })
 }

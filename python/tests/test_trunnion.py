@@ -7,11 +7,9 @@ source.
 import json
 import logging
 import multiprocessing
-import os
 import pickle
 import signal
 import subprocess
-import tempfile
 import threading
 import time
 import unittest
@@ -21,60 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import trunnion
-
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = os.environ.get("TRUNNION", str(ROOT / "target/debug/trunnion"))
-
-
-def fixture(name):
-    return str(ROOT / "fixtures" / f"{name}.stl")
-
-
-def command(*words, cwd=None):
-    """The command's exit code, its document, and what it said."""
-    run = subprocess.run([COMMAND, words[0], "--json", *map(str, words[1:])], capture_output=True, text=True, cwd=cwd)
-    return run.returncode, json.loads(run.stdout) if run.stdout else None, run.stderr
-
-
-def untimed(document):
-    """Without what a clock says, and with how each list and key is ordered."""
-    if isinstance(document, dict):
-        return [(key, untimed(value)) for key, value in document.items() if key != "seconds"]
-    return [untimed(one) for one in document] if isinstance(document, list) else document
-
-
-def box(low, high):
-    """Vertices and facets of a box."""
-    corners = np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)], dtype=float)
-    facets = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]]
-    return corners, np.array(facets)
-
-
-def tee():
-    """A T of one solid, its outline in X and Z drawn out in Y; its bar hangs on both sides."""
-    outline = [(-10, 0), (10, 0), (10, 40), (30, 40), (30, 60), (-30, 60), (-30, 40), (-10, 40)]
-    ring = len(outline)
-    vertices = np.array([(x, y, z) for y in (-10.0, 10.0) for x, z in outline])
-    faces = [(0, 1, 2), (0, 2, 7), (2, 3, 4), (2, 4, 5), (2, 5, 7), (5, 6, 7)]
-    near = [list(face) for face in faces]
-    far = [[ring + c, ring + b, ring + a] for a, b, c in faces]
-    sides = []
-    for a in range(ring):
-        b = (a + 1) % ring
-        sides += [[a, ring + a, b], [b, ring + a, ring + b]]
-    return vertices, np.array(near + far + sides)
-
-
-class Folder(unittest.TestCase):
-    maxDiff = 2000
-
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = Path(kept.name)
-
-    def same(self, ours, theirs):
-        self.assertEqual(untimed(ours), untimed(theirs))
+from shared import COMMAND, Folder, box, command, fixture, tee, untimed
 
 
 class Documents(Folder):
@@ -246,6 +191,124 @@ class Documents(Folder):
         self.same(caught.exception.to_dict(), document)
         self.assertIn(str(caught.exception), said)
         self.assertFalse((self.folder / "ours.3mf").exists())
+
+    def test_support(self):
+        cases = [
+            ({}, []),
+            ({"step_mm": 3, "method": "min-cost", "structure": "prism", "gap_mm": 0.4, "overhang_deg": 30, "seed": 5},
+             ["--step", "3", "--method", "min-cost", "--structure", "prism", "--gap", "0.4", "--overhang", "30", "--seed", "5"]),
+            ({"up": (1, 0, 0), "capacity": 2, "node_capacity": 3, "wall_mm": 0.6, "roof_mm": 1, "roof_pitch_mm": 1.4, "brace_mm": 9},
+             ["--up", "1,0,0", "--capacity", "2", "--node-capacity", "3", "--wall", "0.6", "--roof", "1", "--roof-pitch", "1.4", "--brace", "9"]),
+            ({"space_mm": (90, 90, 90), "keep_z": True}, ["--space", "90,90,90", "--keep-z"]),
+        ]  # fmt: skip
+        documents = set()
+        for keywords, flags in cases:
+            with self.subTest(flags=flags):
+                for ending in ("stl", "3mf"):
+                    ours, theirs = self.folder / f"ours.{ending}", self.folder / f"theirs.{ending}"
+                    code, document, said = command("support", fixture("hook"), "-o", theirs, *flags)
+                    try:
+                        done = trunnion.support(fixture("hook"), output=ours, **keywords)
+                    except trunnion.InputError as error:
+                        self.assertEqual((code, document["code"], document["exit"]), (2, error.code, error.exit), said)
+                        documents.add(error.text)
+                        continue
+                    self.assertEqual(code, 0, said)
+                    self.same(done.to_dict(), document)
+                    self.assertEqual(ours.read_bytes(), theirs.read_bytes())
+                    self.assertEqual({"stl": done.supports_stl, "3mf": done.model_3mf}[ending], theirs.read_bytes())
+                    done.write(self.folder / f"written.{ending}")
+                    self.assertEqual((self.folder / f"written.{ending}").read_bytes(), theirs.read_bytes())
+                    self.assertGreaterEqual(done.cost, done.lower_bound)
+                    documents.add(json.dumps(untimed(document)))
+        self.assertEqual(len(documents), len(cases))
+
+    def test_support_of_what_stands_by_itself_and_of_what_cannot_have_any(self):
+        done = trunnion.support(fixture("cube"), output=self.folder / "cube.stl")
+        self.assertEqual((done.red, done.supports_stl, done.model_3mf, list(self.folder.iterdir())), (0, None, None, []))
+        # The ceiling of a closed room: below it is the room's own floor.
+        walls = {
+            "floor": box((0, 0, 0), (40, 40, 4)), "roof": box((0, 0, 20), (40, 40, 24)), "left": box((0, 0, 4), (4, 40, 20)),
+            "right": box((36, 0, 4), (40, 40, 20)), "front": box((4, 0, 4), (36, 4, 20)), "back": box((4, 36, 4), (36, 40, 20)),
+        }  # fmt: skip
+        model = trunnion.Model.from_meshes(walls)
+        model.write(self.folder / "room.3mf")
+        code, document, _ = command("support", self.folder / "room.3mf", "-o", self.folder / "theirs.stl")
+        with self.assertRaises(trunnion.NoSupportError) as caught:
+            trunnion.support(model, output=self.folder / "ours.stl")
+        self.assertEqual((code, caught.exception.exit), (1, 1))
+        self.same(caught.exception.to_dict(), document)
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["room.3mf"])
+        with self.assertRaises(trunnion.InputError) as caught:
+            trunnion.support(fixture("hook"), output=self.folder / "supports.obj")
+        self.assertEqual(caught.exception.code, "setting/ending")
+
+    def test_pack(self):
+        cube, tree, hook = (fixture(name) for name in ("cube", "y-tree", "hook"))
+        boxes = self.folder / "boxes.txt"
+        boxes.write_text("20 30 15.5 4 1.5\n40 40 40 2 9 up\n10 10 70\n")
+        rows = [(20, 30, 15.5, 4, 1.5), [40, 40, 40, 2, 9, "up"], np.array([10.0, 10.0, 70.0])]
+        cases = [
+            ([(cube, 3), tree], {"space_mm": (90, 90, 80)}, [cube + "*3", tree, "--space", "90,90,80"]),
+            ([(cube, np.int64(5)), (hook, 2)], {"profile": "generic-ac", "gap_mm": 30, "turn": "z90"},
+             [cube + "*5", hook + "*2", "-m", "generic-ac", "--gap", "30", "--turn", "z90"]),
+            (cube, {"space_mm": [60, 60], "goal": "height", "time_s": 20}, [cube, "--space", "60,60", "--goal", "height", "--time", "20"]),
+            ([(cube, 6)], {"space_mm": (45, 45, 25), "fill": [2.5], "seed": 4, "turn": "any", "no_interlock": True, "inflate_mm": 1},
+             [cube + "*6", "--space", "45,45,25", "--fill", "2.5", "--seed", "4", "--turn", "any", "--no-interlock", "--inflate", "1"]),
+            (None, {"boxes": boxes, "space_mm": (60, 60, 80), "turn": "any"}, ["--boxes", boxes, "--space", "60,60,80", "--turn", "any"]),
+            (None, {"boxes": boxes.read_bytes(), "space_mm": (60, 60, 60), "fill": "file", "turn": "any"},
+             ["--boxes", boxes, "--space", "60,60,60", "--fill", "file", "--turn", "any"]),
+            (None, {"boxes": rows, "space_mm": (60, 60, 80), "method": "ip-local-search", "used_distance": 2, "direction_distance": 9},
+             ["--boxes", boxes, "--space", "60,60,80", "--method", "ip-local-search", "--used-distance", "2", "--direction-distance", "9"]),
+        ]  # fmt: skip
+        for number, (models, keywords, flags) in enumerate(cases):
+            with self.subTest(flags=flags):
+                ours, theirs = self.folder / f"ours-{number}", self.folder / f"theirs-{number}"
+                code, document, said = command("pack", "-o", theirs, *flags)
+                self.assertEqual(code, 0, said)
+                done = trunnion.pack(models, output=ours, **keywords)
+                # What is in hand has no file's name.
+                named = json.loads(done.to_json().replace("boxes, line", f"{boxes}, line")) if "boxes" in keywords else done.to_dict()
+                self.same(named, document)
+                files = sorted(path.name for path in theirs.iterdir())
+                self.assertEqual(files, sorted(path.name for path in ours.iterdir()))
+                self.assertEqual(files, [plate.file for plate in done.plates])
+                self.assertEqual([(ours / name).read_bytes() for name in files], [(theirs / name).read_bytes() for name in files])
+                self.assertEqual(done.plates_3mf, [(theirs / name).read_bytes() for name in files])
+                self.assertEqual([len(plate.items) for plate in done.plates], [len(plate["items"]) for plate in document["plates"]])
+        done.write(self.folder / "written")
+        self.assertEqual([path.read_bytes() for path in sorted((self.folder / "written").iterdir())], done.plates_3mf)
+
+    def test_packing_again_and_what_cannot_be_packed(self):
+        out = self.folder / "plates"
+        self.assertGreater(trunnion.pack([(fixture("cube"), 4)], space_mm=(25, 25, 25), output=out).runs, 1)
+        with self.assertWarns(trunnion.TrunnionWarning):
+            trunnion.pack(fixture("cube"), space_mm=(25, 25, 25), output=out, view=self.folder / "plates.svg")
+        self.assertEqual(sorted(path.name for path in out.iterdir() if path.suffix == ".3mf"), ["plate-01.3mf"])
+        self.assertTrue((out / "plate-02.3mf.stale").exists() and (self.folder / "plates.svg").exists())
+        cube = fixture("cube")
+        for words, keywords, flags in [
+            ([cube], {"space_mm": (5, 5, 5)}, [cube, "--space", "5,5,5"]),
+            ([(cube, 0)], {"space_mm": (50, 50, 50)}, [cube + "*0", "--space", "50,50,50"]),
+            ([cube], {"space_mm": (50, 50)}, [cube, "--space", "50,50"]),
+            ([cube], {"space_mm": (50, 50, 50), "turn": "sideways"}, [cube, "--space", "50,50,50", "--turn", "sideways"]),
+            ([cube], {"space_mm": (50, 50, 50), "gap_mm": -1}, [cube, "--space", "50,50,50", "--gap", "-1"]),
+            ([cube], {"profile": "generic-ac", "goal": "height"}, [cube, "-m", "generic-ac", "--goal", "height"]),
+        ]:
+            code, document, said = command("pack", *flags)
+            with self.subTest(flags=flags), self.assertRaises(trunnion.InputError) as caught:
+                trunnion.pack(words, **keywords)
+            self.assertEqual((caught.exception.exit, caught.exception.code), (code, document["code"]), said)
+        for words, keywords in [
+            (None, {"space_mm": (9, 9, 9)}), ([cube], {}), ([cube], {"boxes": [(1, 1, 1)], "space_mm": (9, 9, 9)}),
+            ([cube], {"space_mm": (9, 9, 9), "profile": "generic-ac"}), ([cube], {"space_mm": (9, 9, 9), "used_distance": 2}),
+            ([(cube, -1)], {"space_mm": (9, 9, 9)}), ([(cube, 10**30)], {"space_mm": (9, 9, 9)}), (3, {"space_mm": (9, 9, 9)}),
+            (None, {"boxes": [(1, 1)], "space_mm": (9, 9, 9)}), (None, {"boxes": [("a\ud800", 1, 1)], "space_mm": (9, 9, 9)}),
+            (None, {"boxes": [3], "space_mm": (9, 9, 9)}), ([cube], {"space_mm": (9, float("nan"), 9)}),
+        ]:  # fmt: skip
+            with self.subTest(words=words, keywords=keywords), self.assertRaises(trunnion.InputError) as caught:
+                trunnion.pack(words, **keywords)
+            self.assertTrue(caught.exception.code)
 
     def test_prepare_and_verify(self):
         for name, keywords, flags in [

@@ -17,6 +17,7 @@ from ._trunnion import __version__
 from .errors import (
     InputError,
     NoPlanError,
+    NoSupportError,
     NotPrintableError,
     RejectedError,
     SlicerError,
@@ -24,8 +25,8 @@ from .errors import (
     TrunnionWarning,
 )
 from .models import Model, ModelLike, Profile, ProfileLike
-from .results import Inspection, Orientation, Plan, Prepared, Report, Split
-from .verbs import Progress, inspect, orient, plan, prepare, split, verify
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Report, Split, Support
+from .verbs import Progress, inspect, orient, pack, plan, prepare, split, support, verify
 
 __all__ = [
     "InputError",
@@ -33,8 +34,10 @@ __all__ = [
     "Model",
     "ModelLike",
     "NoPlanError",
+    "NoSupportError",
     "NotPrintableError",
     "Orientation",
+    "Packing",
     "Plan",
     "Prepared",
     "Profile",
@@ -44,13 +47,16 @@ __all__ = [
     "Report",
     "SlicerError",
     "Split",
+    "Support",
     "TrunnionError",
     "TrunnionWarning",
     "__version__",
     "inspect",
     "orient",
+    "pack",
     "plan",
     "prepare",
     "split",
+    "support",
     "verify",
 ]

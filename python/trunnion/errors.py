@@ -9,7 +9,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-__all__ = ["TrunnionError", "InputError", "NoPlanError", "RejectedError", "NotPrintableError", "SlicerError", "TrunnionWarning"]
+__all__ = [
+    "TrunnionError", "InputError", "NoPlanError", "RejectedError", "NotPrintableError", "NoSupportError", "SlicerError", "TrunnionWarning",
+]  # fmt: skip
 
 
 class TrunnionWarning(UserWarning):
@@ -30,10 +32,16 @@ class TrunnionError(Exception):
         super().__init__(text, exit, document)
         self.text = text
         self.exit = exit
-        self.document: dict[str, Any] = {"error": text, "exit": exit} if document is None else document
+        own = {"error": text, "exit": exit, "code": "command/usage", "place": None, "help": None}
+        self.document: dict[str, Any] = own if document is None else document
 
     def __str__(self) -> str:
         return self.text
+
+    @property
+    def code(self) -> str | None:
+        """What stands for it for good, such as ``mesh/open``; ``trunnion explain CODE`` says what it means. ``None`` where the answer is no."""
+        return self.document.get("code")
 
     def to_dict(self) -> dict[str, Any]:
         """The command's ``--json`` document for this failure."""
@@ -71,6 +79,10 @@ class NotPrintableError(TrunnionError):
     """The solid was cut as far as it can be, and the parts still do not print (exit 1); ``document`` is that of ``split``."""
 
 
+class NoSupportError(TrunnionError):
+    """What overhangs cannot be supported from the ground (exit 1); ``document`` is that of ``support``."""
+
+
 class SlicerError(TrunnionError):
     """The slicer failed (exit 3)."""
 
@@ -86,6 +98,8 @@ def _kind(exit: int, facts: dict[str, Any]) -> type[TrunnionError]:
         return RejectedError
     if "planes" in facts:
         return NotPrintableError
+    if "unreachable_patches" in facts:
+        return NoSupportError
     if facts.get("feasible") is False or exit == 1:
         return NoPlanError
     return {2: InputError, 3: SlicerError}.get(exit, TrunnionError)

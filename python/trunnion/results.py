@@ -17,12 +17,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional
 
+from .errors import InputError
+
 __all__ = [
-    "Apart", "Finding", "Inspection", "Interface", "Minimum", "ObjectiveResult", "Orientation", "OrientedPart", "Part", "Plan", "Planned",
-    "Plane", "Prepared", "Print", "Report", "Slicer", "Slot", "Split",
+    "Apart", "Finding", "Inspection", "Interface", "Minimum", "ObjectiveResult", "Orientation", "OrientedPart", "Packed", "Packing", "Part",
+    "Plan", "Planned", "Plane", "Plate", "Prepared", "Print", "Report", "Slicer", "Slot", "Split",
+    "Support",
 ]  # fmt: skip
 
 Vector = list[float]
+R = typing.TypeVar("R", bound="Result")
 
 
 @functools.cache
@@ -57,9 +61,9 @@ class Result:
     _text: str = field(repr=False, compare=False, kw_only=True, default="{}")
 
     @classmethod
-    def of(cls, text: str, **more: Any) -> Any:
-        """The result whose document is `text`."""
-        return _record(cls, json.loads(text), _text=text, **more)
+    def _read(cls: type[R], text: str, **more: Any) -> R:
+        """The result whose document is `text`; its name is no document's key."""
+        return typing.cast(R, _record(cls, json.loads(text), _text=text, **more))
 
     def to_json(self) -> str:
         """The command's ``--json`` document to the byte, without the line's end."""
@@ -67,7 +71,7 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """The command's ``--json`` document."""
-        return json.loads(self._text)
+        return typing.cast("dict[str, Any]", json.loads(self._text))
 
 
 @dataclass(frozen=True)
@@ -273,6 +277,138 @@ class Split(_OfFile, Result):
     printable: bool
     seconds: float
     parts_3mf: bytes = field(repr=False, compare=False, default=b"")
+
+
+@dataclass(frozen=True)
+class Support(Result):
+    """Supports of a model in one pose (``trunnion support``), planned as a flow on a grid.
+
+    Attributes:
+        grid: nodes along X, Y, Z.
+        origin_mm: the first node, in the file's frame.
+        red: nodes that ask for support; `unreachable` of them cannot have any.
+        cost: 1 for a unit on a straight arc, 2 on an oblique one; no flow costs less than `lower_bound`.
+        covered_share: of the overhanging area, 0 to 1.
+        supports_stl: the supports as binary STL; ``None`` where nothing overhangs.
+        model_3mf: the model as it stands with its supports; ``None`` where nothing overhangs.
+    """
+
+    grid: list[int]
+    step_mm: float
+    origin_mm: Vector
+    nodes: int
+    arcs: int
+    red: int
+    green: int
+    unreachable: int
+    unreachable_area_mm2: float
+    unreachable_patches: list[dict[str, Any]]
+    method: str
+    cost: int
+    lower_bound: int
+    used_arcs: int
+    used_arcs_lower_bound: int
+    straight_arcs: int
+    oblique_arcs: int
+    length_mm: float
+    over_capacity: int
+    most_on_an_arc: int
+    volume_mm3: float
+    covered_share: float
+    overhang_mm2: float
+    contact_mm2: float
+    plate_mm2: float
+    longest_free_mm: float
+    struts: int
+    unbraced: int
+    roof_bars: int
+    seconds_plan: float
+    seconds: float
+    supports_stl: Optional[bytes] = field(repr=False, compare=False, default=None)
+    model_3mf: Optional[bytes] = field(repr=False, compare=False, default=None)
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the supports alone (``.stl``), or the model with them (``.3mf``); nothing where nothing overhangs.
+
+        Raises:
+            InputError: another ending.
+        """
+        ending = Path(path).suffix.lower()
+        if ending not in (".stl", ".3mf"):
+            raise InputError(f"{os.fspath(path)!r}: supports are written as .stl or .3mf")
+        data = self.supports_stl if ending == ".stl" else self.model_3mf
+        if data is not None:
+            Path(path).write_bytes(data)
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A model or box in its place.
+
+    Attributes:
+        model: the model's file, or the box's line; `index` is its number, from 0, and `copy` that of its copies.
+        origin_mm: where the file's origin comes to lie, or a box's low corner, turned by `turn_deg` about `axis`.
+        box_mm: the box around it, two corners.
+    """
+
+    model: str
+    index: int
+    copy: int
+    origin_mm: Vector
+    turn_deg: float
+    axis: Vector
+    box_mm: list[Vector]
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One run: its pieces, what of its space they fill, and the order in which they lift out (places in `items`)."""
+
+    file: str
+    fill: float
+    items: list[Packed]
+    lift_order: list[int]
+    locked: list[int]
+
+
+@dataclass(frozen=True)
+class Packing(Result):
+    """Models or boxes in as few runs as there must be, or the most value in one (``trunnion pack``).
+
+    Attributes:
+        lower_bound: no packing has fewer runs, proved.
+        ended: why the search ended: ``proved``, ``steps`` or ``time``.
+        clearance_mm: the least distance between two pieces; ``None`` from twice the gap on.
+        left_out: what is in no run.
+        value, value_upper_bound: with the goal ``fill``: what the run holds, and what none exceeds.
+        height_mm, height_lower_bound_mm: with the goal ``height``: how high the run is, and what none is lower than.
+        plates_3mf: the runs as 3MF, in the order of `plates`.
+    """
+
+    plates: list[Plate]
+    runs: int
+    lower_bound: int
+    goal: str
+    ended: str
+    interrupted: bool
+    method: str
+    space_mm: Vector
+    gap_mm: float
+    clearance_mm: Optional[float]
+    left_out: list[dict[str, Any]]
+    seconds: float
+    value: Optional[float] = None
+    value_upper_bound: Optional[float] = None
+    inflated: Optional[dict[str, Any]] = None
+    height_mm: Optional[float] = None
+    height_lower_bound_mm: Optional[float] = None
+    plates_3mf: list[bytes] = field(repr=False, compare=False, default_factory=list)
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Writes each run into `folder`, under its plate's `file`; the folder is made where it is not there."""
+        Path(folder).mkdir(exist_ok=True)
+        for plate, data in zip(self.plates, self.plates_3mf):
+            (Path(folder) / plate.file).write_bytes(data)
 
 
 @dataclass(frozen=True)

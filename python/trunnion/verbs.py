@@ -14,6 +14,7 @@ verbs take:
 from __future__ import annotations
 
 import logging
+import numbers
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,8 +23,8 @@ from typing import Any, Literal, Optional, Union
 
 from . import _trunnion
 from .errors import InputError, TrunnionWarning
-from .models import ModelLike, Named, ProfileLike, named_file, named_model, named_profile
-from .results import Inspection, Orientation, Plan, Prepared, Report, Split
+from .models import Model, ModelLike, Named, ProfileLike, named_file, named_model, named_profile
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Report, Split, Support
 
 _log = logging.getLogger("trunnion")
 # A library that nobody listens to is silent.
@@ -66,7 +67,7 @@ def inspect(
         InputError: a model that cannot be read: not closed, not finite, of no known format.
     """
     text, _ = _trunnion.inspect(named_model(model), _teller(progress), _given(unit=unit, repair=repair, threads=threads))
-    return Inspection.of(text)
+    return Inspection._read(text)
 
 
 def orient(
@@ -132,7 +133,7 @@ def orient(
         unit=unit, repair=repair, threads=threads,
     )  # fmt: skip
     text, _ = _trunnion.orient(named_model(model), _teller(progress), given)
-    return Orientation.of(text)
+    return Orientation._read(text)
 
 
 def plan(
@@ -168,7 +169,7 @@ def plan(
     )  # fmt: skip
     text, made = _trunnion.plan(named_model(model), named_profile(profile), _teller(progress), given)
     files = dict(made)
-    return Plan.of(text, plan=files["plan"], parts_3mf=files.get("parts"))
+    return Plan._read(text, plan=files["plan"], parts_3mf=files.get("parts"))
 
 
 def split(
@@ -223,7 +224,131 @@ def split(
         threads=threads,
     )  # fmt: skip
     text, made = _trunnion.split(named_model(model), named_profile(profile), _teller(progress), given)
-    return Split.of(text, parts_3mf=dict(made)["parts"])
+    return Split._read(text, parts_3mf=dict(made)["parts"])
+
+
+def support(
+    model: ModelLike,
+    *,
+    output: Optional[Path] = None,
+    view: Optional[Path] = None,
+    up: Optional[Vector] = None,
+    keep_z: bool = False,
+    step_mm: Optional[float] = None,
+    space_mm: Optional[Vector] = None,
+    overhang_deg: Optional[float] = None,
+    capacity: Optional[int] = None,
+    node_capacity: Optional[int] = None,
+    method: Optional[str] = None,
+    structure: Optional[str] = None,
+    wall_mm: Optional[float] = None,
+    gap_mm: Optional[float] = None,
+    roof_mm: Optional[float] = None,
+    roof_pitch_mm: Optional[float] = None,
+    brace_mm: Optional[float] = None,
+    seed: Optional[int] = None,
+    unit: Optional[str] = None,
+    repair: Union[bool, str] = True,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Support:
+    """Plans supports for a model in one pose, with a proved lower bound of their cost, and builds them as meshes.
+
+    Args:
+        output: the supports alone (``.stl``), or the model as it stands with them (``.3mf``); not written where nothing overhangs.
+        view: a picture of the model with its supports (.svg, .png, .pdf).
+        up: direction in the file's coordinates that points up.
+        keep_z: the file's own z = 0 is the ground; else the model is placed on it.
+        step_mm: distance between columns, and height of a level.
+        space_mm: space from the origin for the model and its supports, three lengths; else the model's box and some steps around it.
+        overhang_deg: overhangs up to this angle from the vertical need no support, 1 to 89.
+        capacity: most columns that may merge into one, 1 to 1000.
+        node_capacity: most columns through one node, 1 to 1000; else as many as its arcs carry.
+        method: auto (least material), min-cost (straightest, exact), push-relabel (fastest) or shortest-paths.
+        structure: of the columns: x (two crossed sheets), prism or tree.
+        wall_mm: thickness of a sheet; the thinnest rod is twice as thick.
+        gap_mm: between the supports and the model, 0 to 5.
+        roof_mm: height of a roof of bars on top of the supports, at most `step_mm`.
+        roof_pitch_mm: from bar to bar of the roof.
+        brace_mm: columns with an unbraced length above this are braced; 0 none.
+        seed: of the random methods.
+
+    Raises:
+        NoSupportError: something overhangs, and none of it can be supported from the ground.
+        InputError: a model or a setting that cannot be.
+    """
+    given = _given(
+        output=_path(output), view=_path(view), up=up, keep_z=keep_z, step_mm=step_mm, space_mm=space_mm, overhang_deg=overhang_deg,
+        capacity=capacity, node_capacity=node_capacity, method=method, structure=structure, wall_mm=wall_mm, gap_mm=gap_mm,
+        roof_mm=roof_mm, roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, seed=seed, unit=unit, repair=repair, threads=threads,
+    )  # fmt: skip
+    text, made = _trunnion.support(named_model(model), _teller(progress), given)
+    files = dict(made)
+    return Support._read(text, supports_stl=files.get("supports"), model_3mf=files.get("model"))
+
+
+def pack(
+    models: Union[ModelLike, Iterable[Union[ModelLike, tuple[ModelLike, int]]], None] = None,
+    *,
+    boxes: Union[Path, bytes, Iterable[Sequence[Union[float, str]]], None] = None,
+    space_mm: Optional[Vector] = None,
+    profile: Optional[ProfileLike] = None,
+    output: Optional[Path] = None,
+    view: Optional[Path] = None,
+    gap_mm: Optional[float] = None,
+    turn: Optional[str] = None,
+    goal: Optional[str] = None,
+    fill: Union[str, Sequence[float], None] = None,
+    method: Optional[str] = None,
+    used_distance: Optional[int] = None,
+    direction_distance: Optional[int] = None,
+    time_s: Optional[float] = None,
+    inflate_mm: Optional[float] = None,
+    no_interlock: bool = False,
+    seed: Optional[int] = None,
+    unit: Optional[str] = None,
+    repair: Union[bool, str] = True,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Packing:
+    """Packs models or boxes into as few runs of a space as there must be, or stands them side by side on a machine's table.
+
+    Args:
+        models: one model, or a list of models and of pairs ``(model, copies)``.
+        boxes: instead of models: a file with a line ``width depth height [count [value]] [up]`` each, its bytes, or rows such as
+            ``(20, 30, 15.5, 4)``, in mm.
+        space_mm: space of each run, three lengths; two with the goal ``height``.
+        profile: the machine on whose table models stand side by side; instead of a space.
+        output: a folder for the runs, one 3MF each.
+        view: a picture of all runs (.svg, .png, .pdf).
+        gap_mm: least distance between two pieces; else 1 for models, 0 for boxes, on a table as far as the head reaches sideways.
+        turn: none, z90 (quarter turns about Z), z (any angle about Z) or any.
+        goal: runs (all pieces in the fewest), fill (the most value in one run) or height (all in one run, as low as possible).
+        fill: values for the goal fill: volume, file (those of the boxes), or a value above 0 for each model or line.
+        method: auto, ip, ip-local-search or tabu; for models also coverings and anneal.
+        used_distance, direction_distance: neighbourhood of ip-local-search, both or none.
+        time_s: time limit; else a step limit, the same on every machine.
+        inflate_mm: pack coarser meshes around the models, their vertices raised by at most this much.
+        no_interlock: models must lift straight out, one after the other.
+        seed: of the random methods.
+
+    Raises:
+        InputError: pieces that do not fit, a model, a machine or a setting that cannot be.
+    """
+    if (models is None) == (boxes is None):
+        raise InputError("models or boxes are packed; give one of them")
+    if (space_mm is None) == (profile is None):
+        raise InputError("pieces are packed into space_mm or on the table of profile; give one of them")
+    if (used_distance is None) != (direction_distance is None):
+        raise InputError("used_distance and direction_distance go together; give both or none")
+    given = _given(
+        models=None if models is None else _counted(models), boxes=None if boxes is None else _boxes(boxes), space_mm=space_mm,
+        profile=None if profile is None else named_profile(profile), output=_path(output), view=_path(view), gap_mm=gap_mm, turn=turn,
+        goal=goal, fill=_values(fill), method=method, used_distance=used_distance, direction_distance=direction_distance, time_s=time_s,
+        inflate_mm=inflate_mm, no_interlock=no_interlock, seed=seed, unit=unit, repair=repair, threads=threads,
+    )  # fmt: skip
+    text, made = _trunnion.pack(_teller(progress), given)
+    return Packing._read(text, plates_3mf=[data for name, data in made if name == "plate"])
 
 
 def prepare(
@@ -276,7 +401,8 @@ def prepare(
     )  # fmt: skip
     text, made = _trunnion.prepare(named_model(model), named_profile(profile), _teller(progress), given)
     files = dict(made)
-    return Prepared.of(text, gcode=files["gcode"], plan_file=files["plan"], parts_3mf=files.get("parts"))
+    # As it was given: a document has only text.
+    return Prepared._read(text, output=given.get("output"), gcode=files["gcode"], plan_file=files["plan"], parts_3mf=files.get("parts"))
 
 
 def verify(
@@ -302,8 +428,6 @@ def verify(
     if isinstance(program, Prepared):
         plan = program if plan is None else plan
         if model is None and program.parts_3mf is not None:
-            from .models import Model
-
             model = Model("model.parts.3mf", program.parts_3mf)
     if plan is None:
         raise InputError("a program is verified against its plan; give it as plan")
@@ -311,7 +435,7 @@ def verify(
         model=None if model is None else named_model(model), profile=None if profile is None else named_profile(profile), threads=threads
     )
     text, _ = _trunnion.verify(_program(program), _plan(plan), _teller(progress), given)
-    return Report.of(text)
+    return Report._read(text)
 
 
 def options_of_plans(
@@ -402,6 +526,31 @@ def _list(name: str, given: Optional[Iterable[Any]]) -> Optional[list[Any]]:
         return None if given is None else list(given)
     except TypeError:
         raise InputError(f"{name} {given!r} is no list") from None
+
+
+def _counted(models: Any) -> list[tuple[Named, int]]:
+    """Models with how many copies of each; a model alone is a list of one."""
+    alone = isinstance(models, (str, bytes, bytearray, memoryview, os.PathLike, Model))
+    each: list[Any] = [models] if alone else _list("models", models) or []
+    return [(named_model(one[0]), one[1]) if _is_counted(one) else (named_model(one), 1) for one in each]
+
+
+def _is_counted(one: Any) -> bool:
+    """A pair of arrays is a model; a model and a whole number are a model with its copies."""
+    return isinstance(one, tuple) and len(one) == 2 and isinstance(one[1], numbers.Integral)
+
+
+def _boxes(boxes: Any) -> Named:
+    if isinstance(boxes, bytes):
+        return "boxes", boxes
+    if isinstance(boxes, (str, os.PathLike)):
+        return named_file(boxes, "boxes")
+    rows = [_list("boxes", row) or [] for row in _list("boxes", boxes) or []]
+    return "boxes", "".join(" ".join(map(str, row)) + "\n" for row in rows).encode(errors="backslashreplace")
+
+
+def _values(fill: Union[str, Sequence[float], None]) -> Optional[str]:
+    return fill if fill is None or isinstance(fill, str) else ",".join(map(str, _list("fill", fill) or []))
 
 
 def _path(given: Optional[Path]) -> Optional[str]:
