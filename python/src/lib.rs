@@ -14,6 +14,7 @@
 mod arrays;
 mod call;
 mod given;
+mod preview;
 mod profile;
 mod run;
 mod shape;
@@ -27,6 +28,8 @@ use pyo3::prelude::*;
 mod _trunnion {
     #[pymodule_export]
     use super::arrays::encode;
+    #[pymodule_export]
+    use super::preview::preview;
     #[pymodule_export]
     use super::profile::{profile, shipped};
     #[pymodule_export]

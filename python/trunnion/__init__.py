@@ -25,8 +25,8 @@ from .errors import (
     TrunnionWarning,
 )
 from .models import Model, ModelLike, Profile, ProfileLike
-from .results import Inspection, Orientation, Packing, Plan, Prepared, Report, Split, Support
-from .verbs import Progress, inspect, orient, pack, plan, prepare, split, support, verify
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Report, Split, Support
+from .verbs import Progress, inspect, orient, pack, plan, prepare, preview, split, support, verify
 
 __all__ = [
     "InputError",
@@ -40,6 +40,7 @@ __all__ = [
     "Packing",
     "Plan",
     "Prepared",
+    "Preview",
     "Profile",
     "ProfileLike",
     "Progress",
@@ -56,6 +57,7 @@ __all__ = [
     "pack",
     "plan",
     "prepare",
+    "preview",
     "split",
     "support",
     "verify",

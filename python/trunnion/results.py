@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import html
 import json
 import os
 import types
@@ -21,12 +22,14 @@ from .errors import InputError
 
 __all__ = [
     "Apart", "Finding", "Inspection", "Interface", "Minimum", "ObjectiveResult", "Orientation", "OrientedPart", "Packed", "Packing", "Part",
-    "Plan", "Planned", "Plane", "Plate", "Prepared", "Print", "Report", "Slicer", "Slot", "Split",
+    "Plan", "Planned", "Plane", "Plate", "Prepared", "Preview", "Print", "Report", "Slicer", "Slot", "Split",
     "Support",
 ]  # fmt: skip
 
 Vector = list[float]
 R = typing.TypeVar("R", bound="Result")
+#: Where a key of a document has the type's own name.
+_Bytes = bytes
 
 
 @functools.cache
@@ -489,3 +492,48 @@ class Prepared(_OfFile, Result):
     gcode: bytes = field(repr=False, compare=False, default=b"")
     plan_file: bytes = field(repr=False, compare=False, default=b"")
     parts_3mf: Optional[bytes] = field(repr=False, compare=False, default=None)
+
+
+@dataclass(frozen=True)
+class Preview(_OfFile, Result):
+    """A page to look at (``trunnion preview``): in a notebook it shows itself, and nothing of it comes from elsewhere.
+
+    Attributes:
+        output: the file that was written, where one was asked for.
+        shows: ``program``, ``plan``, ``reasons`` (why there is no plan) or ``two`` (side by side).
+        bytes: the page's size.
+        verify: what a replay of the program says; ``None`` where none is shown.
+        why_not: why there is no plan.
+        pages: of two, what is said of each; the other keys are then ``None``.
+        page: the page itself.
+    """
+
+    _file = "page"
+    output: Optional[str]
+    shows: str
+    bytes: int
+    moves: Optional[int] = None
+    layers: Optional[int] = None
+    lines: Optional[int] = None
+    lines_from_moves: Optional[int] = None
+    text: Optional[bool] = None
+    parts: Optional[int] = None
+    poses: Optional[int] = None
+    thinned: Optional[bool] = None
+    verify: Optional[Replay] = None
+    why_not: Optional[str] = None
+    seconds: Optional[dict[str, float]] = None
+    pages: Optional[list[dict[str, Any]]] = None
+    page: _Bytes = field(repr=False, compare=False, default=b"")
+
+    @property
+    def html(self) -> str:
+        """The page as text."""
+        return self.page.decode()
+
+    def _repr_html_(self) -> str:
+        # A frame without rights to the notebook: its scripts run, and reach nothing outside.
+        return (
+            f'<iframe title="trunnion preview" sandbox="allow-scripts" srcdoc="{html.escape(self.html)}" '
+            'style="width: 100%; height: 40em; border: 0"></iframe>'
+        )

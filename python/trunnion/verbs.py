@@ -24,7 +24,7 @@ from typing import Any, Literal, Optional, Union
 from . import _trunnion
 from .errors import InputError, TrunnionWarning
 from .models import Model, ModelLike, Named, ProfileLike, named_file, named_model, named_profile
-from .results import Inspection, Orientation, Packing, Plan, Prepared, Report, Split, Support
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Report, Split, Support
 
 _log = logging.getLogger("trunnion")
 # A library that nobody listens to is silent.
@@ -425,17 +425,89 @@ def verify(
     Raises:
         InputError: a program or plan that cannot be read, or a plan that is not of this model and machine.
     """
-    if isinstance(program, Prepared):
-        plan = program if plan is None else plan
-        if model is None and program.parts_3mf is not None:
-            model = Model("model.parts.3mf", program.parts_3mf)
+    if isinstance(program, Prepared) and plan is None:
+        plan = program
     if plan is None:
         raise InputError("a program is verified against its plan; give it as plan")
-    given = _given(
-        model=None if model is None else named_model(model), profile=None if profile is None else named_profile(profile), threads=threads
-    )
+    own = program if isinstance(program, Prepared) else plan
+    given = _given(model=_model_of(own, model), profile=None if profile is None else named_profile(profile), threads=threads)
     text, _ = _trunnion.verify(_program(program), _plan(plan), _teller(progress), given)
     return Report._read(text)
+
+
+Planful = Union[Path, bytes, Plan, Prepared]
+Shown = Union[Planful, tuple[Union[Path, bytes, Prepared], Planful]]
+
+
+def preview(
+    shown: Union[ModelLike, Plan, Prepared, None] = None,
+    plan: Union[Planful, None] = None,
+    *,
+    profile: Optional[ProfileLike] = None,
+    model: Union[Path, bytes, ModelLike, None] = None,
+    compare: Optional[Sequence[Shown]] = None,
+    output: Optional[Path] = None,
+    supports: Literal["never", "auto"] = "never",
+    unit: Optional[str] = None,
+    repair: Union[bool, str] = True,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Preview:
+    """Makes a page that shows a finished program move by move, a plan pose by pose, or why a model has no plan.
+
+    In a notebook the result shows itself. A program is verified, and shown with what was found; neither findings nor the lack of a plan raise.
+
+    Args:
+        shown: a program with its `plan`, what :func:`prepare` or :func:`plan` gave, or a model that is planned first, for `profile`.
+        plan: the plan file, its bytes, or what :func:`plan` gave; alone it is shown itself.
+        profile: the machine, for a model; or where the plan's machine is, if it is not where the plan says.
+        model: where the plan's model is, if it is not where the plan says.
+        compare: two to show side by side: plans, what :func:`prepare` gave, or pairs of program and plan.
+        output: the page (.html).
+        supports: for a model: print solids upright on supports where there is no plan for them as they are.
+        options: for a model: see :func:`options_of_plans`.
+
+    Raises:
+        InputError: what cannot be read or shown, or a program that was made by another plan.
+    """
+    given = _given(
+        profile=None if profile is None else named_profile(profile), output=_path(output), supports=supports, unit=unit, repair=repair,
+        threads=threads, **options_of_plans(**options),
+    )  # fmt: skip
+    if compare is not None:
+        both = _list("compare", compare) or []
+        if shown is not None or plan is not None or len(both) != 2:
+            raise InputError("two are compared, and nothing else is shown; give compare=[one, other] alone")
+        pairs = [one if isinstance(one, tuple) and len(one) == 2 else (None, one) for one in both]
+        given["finished"] = [_finished(program, its, model) for program, its in pairs]
+    elif isinstance(shown, (Plan, Prepared)) or plan is not None:
+        given["finished"] = [_finished(shown, plan, model)]
+    elif shown is not None and profile is not None:
+        given["planned"] = named_model(shown)
+    else:
+        raise InputError("a program is shown with its plan, a model with its machine; give plan or profile")
+    if options and "planned" not in given:
+        raise InputError(f"{next(iter(options))} is for a model that is planned first; leave it out")
+    text, made = _trunnion.preview(_teller(progress), given)
+    return Preview._read(text, output=given.get("output"), page=dict(made)["page"])
+
+
+def _finished(program: Any, plan: Any, model: Any) -> tuple[Optional[Named], Named, Optional[Named]]:
+    """A program with its plan, or a plan alone; what was prepared is both."""
+    if plan is None:
+        program, plan = None, program
+    if isinstance(plan, Prepared) and program is None:
+        program = plan
+    own = program if isinstance(program, Prepared) else plan
+    return None if program is None else _program(program), _plan(plan), _model_of(own, model)
+
+
+def _model_of(result: Any, model: Any) -> Optional[Named]:
+    """The model that is given for a plan, or the one that the plan's own result has in hand."""
+    if model is None and isinstance(result, (Plan, Prepared)) and result.parts_3mf is not None:
+        model = Model("model.parts.3mf", result.parts_3mf)
+    return None if model is None else named_model(model)
 
 
 def options_of_plans(
