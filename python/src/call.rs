@@ -8,8 +8,9 @@ use serde_json::Value;
 use trunnion::job::{MachineSource, ModelSource, OutputFile, Outputs, World};
 use trunnion::world::FileError;
 
+use crate::attended::Attendant;
 use crate::given::Given;
-use crate::run::run;
+use crate::run::{run, run_attended};
 use crate::trouble::Trouble;
 
 /// A document, and what the call made beside it, by name.
@@ -39,6 +40,15 @@ impl<'py> Call<'py> {
         work: impl FnOnce(&World<'_>) -> Result<Made, Trouble> + Send + 'static,
     ) -> PyResult<Made> {
         run(&self.told, self.threads, work)
+    }
+
+    /// Work that may print, with Python standing by.
+    pub(crate) fn print(
+        &self,
+        yes: bool,
+        work: impl FnOnce(&World<'_>, &Attendant<'_>) -> Result<Made, Trouble> + Send + 'static,
+    ) -> PyResult<Made> {
+        run_attended(&self.told, self.threads, yes, work)
     }
 }
 

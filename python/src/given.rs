@@ -81,6 +81,12 @@ impl<'py> Given<'py> {
         self.of(name, "a string", |value| value.extract().ok())
     }
 
+    /// A string that no message repeats.
+    pub(crate) fn secret(&self, name: &str) -> PyResult<Option<String>> {
+        let refused = || Trouble::input(format!("{name} is not a string")).raised(self.py());
+        self.any(name)?.map(|value| value.extract().map_err(|_| refused())).transpose()
+    }
+
     /// What makes a time of a number of seconds.
     pub(crate) fn seconds<'a>(&'a self, name: &'a str) -> impl FnOnce(f64) -> PyResult<Duration> + 'a {
         move |seconds| {

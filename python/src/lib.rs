@@ -12,9 +12,11 @@
 //! ```
 
 mod arrays;
+mod attended;
 mod call;
 mod given;
 mod preview;
+mod printer;
 mod profile;
 mod run;
 mod shape;
@@ -30,6 +32,8 @@ mod _trunnion {
     use super::arrays::encode;
     #[pymodule_export]
     use super::preview::preview;
+    #[pymodule_export]
+    use super::printer::{publish, send};
     #[pymodule_export]
     use super::profile::{profile, shipped};
     #[pymodule_export]

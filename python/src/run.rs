@@ -2,20 +2,27 @@
 //!
 //! The job waits for the callback's answer, so that nothing is done after a callback has raised. It ends at the next place where it
 //! looks at the clock or has something to tell, by unwinding, so that what it holds is given back; what takes long without such a place (a
-//! search, a replay) is waited for so long as [`GRACE`] and then left to end by itself: it can write nothing any more.
+//! search, a replay) is waited for so long as [`GRACE`] and then left to end by itself: it can write nothing and ask no server any more.
+//!
+//! A print is never left: once bytes go to a printer, Ctrl-C or an exception pauses it above the part, and the second Ctrl-C stops the printer.
 
 use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
-use trunnion::job::{Bar, Clock, Installed, LoadedModel, PlanResult, Progress, SliceResult, SystemClock, World};
+use trunnion::job::{
+    Bar, Clock, Installed, LoadedModel, OwnWeb, PlanResult, Progress, SliceResult, SystemClock, World,
+};
+use trunnion::publish::{self, Ask, ServerAnswer, Web};
 use trunnion::slicing::Interrupt;
 
+use crate::attended::{Attendant, Course, HEAD_START};
 use crate::trouble::Trouble;
 
 /// How often Python's signals are looked at.
@@ -31,7 +38,7 @@ thread_local! {
 }
 
 /// What a job unwinds with.
-struct Cancelled;
+pub(crate) struct Cancelled;
 
 fn unless_cancelled(stop: &Interrupt) {
     if stop.is_asked() {
@@ -40,10 +47,13 @@ fn unless_cancelled(stop: &Interrupt) {
 }
 
 /// What a job tells: kind, text, done, of.
-type Told = (&'static str, String, usize, usize);
+pub(crate) type Told = (&'static str, String, usize, usize);
 
 enum Event<T> {
+    /// The job waits until it is heard.
     Told(Told),
+    /// A printer is at work, and nobody waits.
+    Said(Told),
     Done(Result<Result<T, Trouble>, Box<dyn Any + Send>>),
 }
 
@@ -51,12 +61,12 @@ enum Event<T> {
 struct Watch<T> {
     events: Sender<Event<T>>,
     heard: Receiver<()>,
-    stop: Interrupt,
+    course: Arc<Course>,
 }
 
 impl<T> Watch<T> {
     fn tell(&self, told: Told) {
-        unless_cancelled(&self.stop);
+        unless_cancelled(&self.course.stop);
         // Nobody listens any more: cancelled.
         if self.events.send(Event::Told(told)).is_err() || self.heard.recv().is_err() {
             resume_unwind(Box::new(Cancelled));
@@ -116,6 +126,24 @@ impl Clock for Stoppable {
     }
 }
 
+/// This computer's way to servers, on which a cancelled job asks nothing more.
+struct StoppableWeb(Interrupt);
+
+impl Web for StoppableWeb {
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<ServerAnswer, publish::Trouble> {
+        unless_cancelled(&self.0);
+        OwnWeb.ask(ask, sent)
+    }
+
+    fn wait(&self, time: Duration) {
+        OwnWeb.wait(time);
+    }
+
+    fn speaks_tls(&self) -> bool {
+        OwnWeb.speaks_tls()
+    }
+}
+
 /// Does `work` on `threads` threads (0: as many as there are processors) and gives its result, or raises.
 ///
 /// The threads are the call's own: a process that was forked has none of its parent's.
@@ -124,51 +152,80 @@ pub(crate) fn run<T: Send + 'static>(
     threads: usize,
     work: impl FnOnce(&World<'_>) -> Result<T, Trouble> + Send + 'static,
 ) -> PyResult<T> {
+    run_attended(told, threads, false, move |world, _| work(world))
+}
+
+/// The same for `work` that may print, with Python standing by; `yes` agrees to what somebody must agree to.
+pub(crate) fn run_attended<T: Send + 'static>(
+    told: &Bound<'_, PyAny>,
+    threads: usize,
+    yes: bool,
+    work: impl FnOnce(&World<'_>, &Attendant<'_>) -> Result<T, Trouble> + Send + 'static,
+) -> PyResult<T> {
     let py = told.py();
-    let stop = Interrupt::default();
+    let course = Arc::new(Course::default());
     let (events, mut arriving) = mpsc::channel();
     let (hear, heard) = mpsc::channel();
-    let watch = Watch { events: events.clone(), heard, stop: stop.clone() };
+    let watch = Watch { events: events.clone(), heard, course: Arc::clone(&course) };
     let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build();
     let pool = pool.map_err(|error| PyRuntimeError::new_err(format!("no threads could be started: {error}")))?;
     std::thread::spawn(move || {
-        let done = catch_unwind(AssertUnwindSafe(|| pool.install(move || on_this_thread(&watch, work))));
+        let done = catch_unwind(AssertUnwindSafe(|| pool.install(move || on_this_thread(&watch, yes, work))));
         // Nobody waits for what was cancelled.
         let _ = events.send(Event::Done(done));
     });
+    // Why a print is to end.
+    let mut raised: Option<PyErr> = None;
     loop {
         let (back, event) = py.detach(move || {
             let event = arriving.recv_timeout(TICK);
             (arriving, event)
         });
         arriving = back;
+        let is_waited_for = matches!(event, Ok(Event::Told(_)));
         let answered = match event {
-            Ok(Event::Done(done)) => return ended(py, done),
-            Ok(Event::Told(words)) => told.call1(words).and_then(|_| py.check_signals()).map(|()| true),
-            Err(RecvTimeoutError::Timeout) => py.check_signals().map(|()| false),
+            Ok(Event::Done(done)) => return ended_by(py, raised, done),
+            // Whoever has raised is told nothing more.
+            Ok(Event::Told(words) | Event::Said(words)) if raised.is_none() => {
+                told.call1(words).and_then(|_| py.check_signals())
+            }
+            Ok(Event::Told(_) | Event::Said(_)) | Err(RecvTimeoutError::Timeout) => py.check_signals(),
             Err(RecvTimeoutError::Disconnected) => {
-                Err(PyRuntimeError::new_err("the job's thread ended without a result"))
+                return Err(PyRuntimeError::new_err("the job's thread ended without a result"));
             }
         };
-        match answered {
-            // A job that has gone meanwhile says so itself.
-            Ok(true) => _ = hear.send(()),
-            Ok(false) => {}
-            Err(error) => {
-                stop.ask();
+        if let Err(error) = answered {
+            if course.cancel() {
                 drop(hear);
                 py.detach(move || wait(&arriving));
                 return Err(error);
             }
+            if course.interrupt() {
+                py.detach(|| std::thread::sleep(HEAD_START));
+                course.stop_printer();
+            }
+            raised.get_or_insert(error);
+        }
+        if is_waited_for {
+            // A job that has gone meanwhile says so itself.
+            let _ = hear.send(());
         }
     }
 }
 
-fn on_this_thread<T>(watch: &Watch<T>, work: impl FnOnce(&World<'_>) -> Result<T, Trouble>) -> Result<T, Trouble> {
-    STOP.with(|stop| *stop.borrow_mut() = watch.stop.clone());
+fn on_this_thread<T>(
+    watch: &Watch<T>,
+    yes: bool,
+    work: impl FnOnce(&World<'_>, &Attendant<'_>) -> Result<T, Trouble>,
+) -> Result<T, Trouble> {
+    let stop = &watch.course.stop;
+    STOP.with(|own| *own.borrow_mut() = stop.clone());
     let slicers = Installed { interrupt: |_| STOP.with(|stop| stop.borrow().clone()) };
-    let clock = Stoppable(watch.stop.clone());
-    work(&World { slicers: &slicers, clock: &clock, ..World::here(watch) })
+    let (clock, web) = (Stoppable(stop.clone()), StoppableWeb(stop.clone()));
+    // Where nobody listens any more, the print ends by its interrupts.
+    let say = |told| _ = watch.events.send(Event::Said(told));
+    let attendant = Attendant::new(&watch.course, &say, yes);
+    work(&World { slicers: &slicers, clock: &clock, web: &web, ..World::here(watch) }, &attendant)
 }
 
 /// Until the cancelled job has ended, but no longer than [`GRACE`].
@@ -179,6 +236,18 @@ fn wait<T>(arriving: &Receiver<Event<T>>) {
             return;
         }
     }
+}
+
+/// What was raised while a print went on, with what became of that as its cause.
+fn ended_by<T>(
+    py: Python<'_>,
+    raised: Option<PyErr>,
+    done: Result<Result<T, Trouble>, Box<dyn Any + Send>>,
+) -> PyResult<T> {
+    let done = ended(py, done);
+    let Some(raised) = raised else { return done };
+    raised.set_cause(py, done.err());
+    Err(raised)
 }
 
 fn ended<T>(py: Python<'_>, done: Result<Result<T, Trouble>, Box<dyn Any + Send>>) -> PyResult<T> {

@@ -10,7 +10,7 @@ Each verb gives a typed result whose ``to_dict()`` is the command's ``--json`` d
 command's sentence, exit code and document. Results, models, profiles and exceptions pickle.
 
 While a verb works the interpreter is free for other threads. Ctrl-C ends it, and so does a `progress` callback that raises; nothing is
-written then. A search or a replay that is under way is left to end by itself.
+written then. A search or a replay that is under way is left to end by itself; a print is paused above the part (:func:`send`).
 """
 
 from ._trunnion import __version__
@@ -19,14 +19,15 @@ from .errors import (
     NoPlanError,
     NoSupportError,
     NotPrintableError,
+    PrinterError,
     RejectedError,
     SlicerError,
     TrunnionError,
     TrunnionWarning,
 )
 from .models import Model, ModelLike, Profile, ProfileLike
-from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Report, Split, Support
-from .verbs import Progress, inspect, orient, pack, plan, prepare, preview, split, support, verify
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Published, Rehearsal, Report, Sent, Split, Support
+from .verbs import Progress, inspect, orient, pack, plan, prepare, preview, publish, send, split, support, verify
 
 __all__ = [
     "InputError",
@@ -41,11 +42,15 @@ __all__ = [
     "Plan",
     "Prepared",
     "Preview",
+    "PrinterError",
     "Profile",
     "ProfileLike",
     "Progress",
+    "Published",
+    "Rehearsal",
     "RejectedError",
     "Report",
+    "Sent",
     "SlicerError",
     "Split",
     "Support",
@@ -58,6 +63,8 @@ __all__ = [
     "plan",
     "prepare",
     "preview",
+    "publish",
+    "send",
     "split",
     "support",
     "verify",

@@ -10,7 +10,8 @@ import json
 from typing import Any
 
 __all__ = [
-    "TrunnionError", "InputError", "NoPlanError", "RejectedError", "NotPrintableError", "NoSupportError", "SlicerError", "TrunnionWarning",
+    "TrunnionError", "InputError", "NoPlanError", "RejectedError", "NotPrintableError", "NoSupportError", "SlicerError",
+    "PrinterError", "TrunnionWarning",
 ]  # fmt: skip
 
 
@@ -67,7 +68,7 @@ class NoPlanError(TrunnionError):
 
 
 class RejectedError(TrunnionError):
-    """The program was made and verification found something, so that it was not written (exit 1)."""
+    """Verification found something, so that the program was not written or sent; or its printer cannot execute it (exit 1)."""
 
     @property
     def findings(self) -> list[dict[str, Any]]:
@@ -87,6 +88,10 @@ class SlicerError(TrunnionError):
     """The slicer failed (exit 3)."""
 
 
+class PrinterError(TrunnionError):
+    """Printer, wire or server ended it, or could not be had (exit 4); `text` says what can be done, such as resuming."""
+
+
 def from_document(text: str, exit: int, document: str) -> TrunnionError:
     """The exception for a failure of the native half: `document` is JSON."""
     facts = json.loads(document)
@@ -94,7 +99,7 @@ def from_document(text: str, exit: int, document: str) -> TrunnionError:
 
 
 def _kind(exit: int, facts: dict[str, Any]) -> type[TrunnionError]:
-    if "verify" in facts:
+    if "verify" in facts or (exit == 1 and str(facts.get("code")).startswith("printer/")):
         return RejectedError
     if "planes" in facts:
         return NotPrintableError
@@ -102,4 +107,4 @@ def _kind(exit: int, facts: dict[str, Any]) -> type[TrunnionError]:
         return NoSupportError
     if facts.get("feasible") is False or exit == 1:
         return NoPlanError
-    return {2: InputError, 3: SlicerError}.get(exit, TrunnionError)
+    return {2: InputError, 3: SlicerError, 4: PrinterError}.get(exit, TrunnionError)

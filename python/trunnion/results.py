@@ -22,8 +22,8 @@ from .errors import InputError
 
 __all__ = [
     "Apart", "Finding", "Inspection", "Interface", "Minimum", "ObjectiveResult", "Orientation", "OrientedPart", "Packed", "Packing", "Part",
-    "Plan", "Planned", "Plane", "Plate", "Prepared", "Preview", "Print", "Report", "Slicer", "Slot", "Split",
-    "Support",
+    "Plan", "Planned", "Plane", "Plate", "Prepared", "Preview", "Print", "Published", "Rehearsal", "Report", "Sent", "Slicer", "Slot", "Split",
+    "Support", "UploadFigures",
 ]  # fmt: skip
 
 Vector = list[float]
@@ -537,3 +537,68 @@ class Preview(_OfFile, Result):
             f'<iframe title="trunnion preview" sandbox="allow-scripts" srcdoc="{html.escape(self.html)}" '
             'style="width: 100%; height: 40em; border: 0"></iframe>'
         )
+
+
+@dataclass(frozen=True)
+class Sent(Result):
+    """A print that is complete (``trunnion send``): the last event, with the lines that were sent again."""
+
+    event: str
+    line: int
+    of: int
+    resends: int
+
+
+@dataclass(frozen=True)
+class Rehearsal(Result):
+    """A print on the simulated printer (``trunnion send --dry-run``).
+
+    Attributes:
+        seconds: with homing and heating; `seconds_print` without.
+        clamped: targets beyond an axis of the profile.
+        troubles: lines that the simulated printer did not execute as they are written.
+    """
+
+    line: int
+    of: int
+    seconds: float
+    seconds_print: float
+    clamped: int
+    troubles: list[str]
+
+    @property
+    def clean(self) -> bool:
+        """Whether all was executed as it is written."""
+        return not self.clamped and not self.troubles
+
+
+@dataclass(frozen=True)
+class UploadFigures:
+    """What a file takes; ``None`` for what nobody says."""
+
+    seconds_print: Optional[float]
+    filament_mm: Optional[float]
+    layers: Optional[int]
+
+
+@dataclass(frozen=True)
+class Published(Result):
+    """A file on the server of a printer (``trunnion publish``).
+
+    Attributes:
+        file: its name there; `sha256` is that of what is there.
+        uploads: how often it was sent; 0 where it was there already.
+        stated: what the file says of itself; `shown` is what the server says of it.
+    """
+
+    server: str
+    url: str
+    file: str
+    bytes: int
+    sha256: str
+    verified: bool
+    uploads: int
+    started: bool
+    stated: UploadFigures
+    shown: UploadFigures
+    seconds: float

@@ -13,18 +13,19 @@ verbs take:
 
 from __future__ import annotations
 
+import json
 import logging
 import numbers
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Optional, Union
+from typing import Any, Literal, Optional, Union, overload
 
 from . import _trunnion
 from .errors import InputError, TrunnionWarning
 from .models import Model, ModelLike, Named, ProfileLike, named_file, named_model, named_profile
-from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Report, Split, Support
+from .results import Inspection, Orientation, Packing, Plan, Prepared, Preview, Published, Rehearsal, Report, Sent, Split, Support
 
 _log = logging.getLogger("trunnion")
 # A library that nobody listens to is silent.
@@ -41,16 +42,18 @@ class Progress:
 
     Attributes:
         kind: ``step`` for `done` of `of` pieces of the step `text`, ``reached`` for a milestone of :func:`prepare` (read, planned, sliced),
-            ``warning`` for a sentence that should be known.
-        text: the step, the milestone or the sentence.
-        done: pieces that are done.
-        of: pieces in all.
+            ``warning`` for a sentence that should be known; of :func:`send` also ``event``, and ``note`` and ``detail`` for sentences.
+        text: the step, the milestone, the sentence or the event's name.
+        done: pieces that are done; of a print the file's line.
+        of: pieces in all; of a print the file's last line.
+        event: an event of :func:`send`, as the command has it with ``--json``.
     """
 
     kind: str
     text: str
     done: int
     of: int
+    event: Optional[dict[str, Any]] = None
 
 
 def inspect(
@@ -493,6 +496,176 @@ def preview(
     return Preview._read(text, output=given.get("output"), page=dict(made)["page"])
 
 
+@overload
+def send(
+    program: Union[Path, bytes, Prepared],
+    plan: Union[Planful, None] = None,
+    *,
+    dry_run: Literal[True],
+    model: Union[Path, bytes, ModelLike, None] = None,
+    profile: Optional[ProfileLike] = None,
+    unverified: bool = False,
+    baud: Optional[int] = None,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Rehearsal: ...
+
+
+@overload
+def send(
+    program: Union[Path, bytes, Prepared],
+    plan: Union[Planful, None] = None,
+    *,
+    port: Path,
+    dry_run: Literal[False] = False,
+    model: Union[Path, bytes, ModelLike, None] = None,
+    profile: Optional[ProfileLike] = None,
+    unverified: bool = False,
+    resume: bool = False,
+    from_line: Optional[int] = None,
+    yes: bool = False,
+    journal: Optional[Path] = None,
+    baud: Optional[int] = None,
+    wait_s: Optional[float] = None,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Sent: ...
+
+
+def send(
+    program: Union[Path, bytes, Prepared],
+    plan: Union[Planful, None] = None,
+    *,
+    port: Optional[Path] = None,
+    dry_run: bool = False,
+    model: Union[Path, bytes, ModelLike, None] = None,
+    profile: Optional[ProfileLike] = None,
+    unverified: bool = False,
+    resume: bool = False,
+    from_line: Optional[int] = None,
+    yes: bool = False,
+    journal: Optional[Path] = None,
+    baud: Optional[int] = None,
+    wait_s: Optional[float] = None,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Union[Sent, Rehearsal]:
+    """Prints a program: verifies it, and sends every line once, in order, to a printer on a port.
+
+    Nobody types here: a pause ends the call, with the head above the part and the heaters on, and `resume` continues the print. Ctrl-C and
+    a `progress` that raises pause it so; a second Ctrl-C is an emergency stop. Both raise when the printer stands, with what became of the
+    print as their ``__cause__``. The printer waits for no callback.
+
+    Args:
+        program: the file, its bytes, or what :func:`prepare` gave, which brings its own plan.
+        plan: the program is verified against it first; nothing with findings is sent.
+        port: a serial device, or ``tcp:host:port``.
+        dry_run: print on the simulated printer instead, without waiting and without a port.
+        model: where the plan's model is, if it is not where the plan says.
+        profile: where the plan's machine is, if it is not where the plan says; the machine of an unverified program.
+        unverified: send a program that nothing was proved of; it has no plan, and `profile` names its machine.
+        resume: continue an interrupted print from its journal.
+        from_line: with `resume` after a reset: the first line to print, found by inspecting the part.
+        yes: with `resume`, home and move without asking, even if the bed has cooled; else that is refused.
+        journal: what was sent is written down here; else beside the program's file, with ``.journal`` behind its name.
+        baud: bits a second; else the profile's.
+        wait_s: how long a disconnected device is waited for; else 600.
+
+    Raises:
+        RejectedError: verification found something, or the printer cannot execute the program; nothing was sent.
+        PrinterError: printer, wire or an interrupt ended the print.
+        InputError: a program, plan, machine or setting that cannot be, or a program without plan that is not said to be unverified.
+    """
+    if port is None and not dry_run:
+        raise InputError("a program is sent to a port; give port, or rehearse with dry_run=True")
+    if from_line is not None and not resume:
+        raise InputError("from_line is where a print continues; give resume=True with it")
+    if not dry_run and journal is None and not _has_file(program):
+        raise InputError("the program is in no file that its journal could be kept beside; give journal")
+    given = _outgoing(program, plan, model, profile, unverified)
+    given.update(
+        _given(
+            port=_path(port), dry_run=dry_run, resume=resume, from_line=from_line, yes=yes, journal=_path(journal), baud=baud, wait_s=wait_s,
+            threads=threads,
+        )
+    )  # fmt: skip
+    text, _ = _trunnion.send(_program(program), _teller(progress), given)
+    return Rehearsal._read(text) if dry_run else Sent._read(text)
+
+
+def publish(
+    program: Union[Path, bytes, Prepared],
+    plan: Union[Planful, None] = None,
+    *,
+    to: str,
+    key: Optional[str] = None,
+    key_file: Optional[Path] = None,
+    model: Union[Path, bytes, ModelLike, None] = None,
+    profile: Optional[ProfileLike] = None,
+    unverified: bool = False,
+    name: Optional[str] = None,
+    replace: bool = False,
+    start: bool = False,
+    fingerprint: Optional[str] = None,
+    timeout_s: Optional[float] = None,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Published:
+    """Brings a program to the server that drives a printer, once, and compares what arrived.
+
+    Args:
+        program: the file, its bytes, or what :func:`prepare` gave, which brings its own plan.
+        plan: the program is verified against it first; nothing with findings is sent.
+        to: ``octoprint:URL``, ``moonraker:URL`` or ``duet:URL``.
+        key: the server's key (a Duet's password); else that of `key_file`, else the environment variable TRUNNION_KEY. No message repeats it.
+        key_file: a file with the key and nothing else.
+        model: where the plan's model is, if it is not where the plan says.
+        profile: where the plan's machine is, if it is not where the plan says.
+        unverified: publish a program that nothing was proved of; it has no plan.
+        name: on the server; else the file's own.
+        replace: replace a different file of that name.
+        start: start the print if the server's printer is idle.
+        fingerprint: SHA-256 of a self-signed certificate; no other is accepted.
+        timeout_s: for each answer of the server, 1 to 3600; else 30.
+
+    Raises:
+        RejectedError: verification found something; nothing was sent.
+        PrinterError: the server cannot be had, or does not take the program.
+        InputError: a program, plan, address, key or name that cannot be, or a program without plan that is not said to be unverified.
+
+    Ctrl-C ends it where it is: the server is asked nothing more, and no print is started.
+    """
+    if not isinstance(to, str):
+        raise InputError(f"to: {type(to).__name__} is not the address of a server")
+    if key is not None and key_file is not None:
+        raise InputError("key and key_file cannot both be given")
+    given = _outgoing(program, plan, model, profile, unverified)
+    given.update(
+        _given(
+            to=to, key=key, key_file=_path(key_file), name=name, replace=replace, start=start, fingerprint=fingerprint, timeout_s=timeout_s,
+            threads=threads,
+        )
+    )  # fmt: skip
+    text, _ = _trunnion.publish(_program(program), _teller(progress), given)
+    return Published._read(text)
+
+
+def _has_file(program: Any) -> bool:
+    return program.output is not None if isinstance(program, Prepared) else not isinstance(program, bytes)
+
+
+def _outgoing(program: Any, plan: Any, model: Any, profile: Optional[ProfileLike], unverified: bool) -> dict[str, Any]:
+    """What a program is verified against before it goes to a printer."""
+    if plan is not None and unverified is not False:
+        raise InputError("a program with a plan is verified; give plan or unverified")
+    if isinstance(program, Prepared) and plan is None and unverified is False:
+        plan = program
+    machine = None if profile is None else named_profile(profile)
+    if plan is None:
+        return _given(profile=machine, unverified=unverified)
+    return _given(plan=_plan(plan), model=_model_of(program if isinstance(program, Prepared) else plan, model), profile=machine)
+
+
 def _finished(program: Any, plan: Any, model: Any) -> tuple[Optional[Named], Named, Optional[Named]]:
     """A program with its plan, or a plan alone; what was prepared is both."""
     if plan is None:
@@ -657,11 +830,14 @@ def _teller(progress: Optional[Progressed]) -> Callable[[str, str, int, int], No
             # The caller of the verb, behind this function, the native half and the verb itself.
             _log.warning("%s", text)
             warnings.warn(text, TrunnionWarning, stacklevel=3)
-        elif kind == "reached":
+        elif kind in ("reached", "note"):
             _log.info("%s", text)
-        else:
+        elif kind == "step":
             _log.debug("%s: %d of %d", text, done, of)
+        else:
+            _log.debug("%s", text)
         if progress is not None:
-            progress(Progress(kind, text, done, of))
+            event = json.loads(text) if kind == "event" else None
+            progress(Progress(kind, event["event"] if event else text, done, of, event))
 
     return told
