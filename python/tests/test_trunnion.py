@@ -7,6 +7,7 @@ source.
 import json
 import logging
 import multiprocessing
+import os
 import pickle
 import signal
 import subprocess
@@ -456,6 +457,71 @@ class Failures(Folder):
             trunnion.prepare(fixture("caged"), "generic-ac", slicer="builtin", output=out, split="never", supports="never")
         self.assertFalse(out.exists())
         self.assertEqual((self.folder / "out.gcode.stale").read_text(), "G28\n")
+
+
+class Names(Folder):
+    """Paths that are no UTF-8 are paths; what no file can be called is refused, by this package and with a code."""
+
+    def setUp(self):
+        super().setUp()
+        self.odd = self.folder / os.fsdecode(b"ordner-\xe9")
+        try:
+            self.odd.mkdir()
+        except OSError:
+            self.skipTest("this system has no such names")
+
+    def test_models_and_outputs(self):
+        model = self.odd / os.fsdecode(b"w\xfcrfel-\xff.stl")
+        model.write_bytes(Path(fixture("cube")).read_bytes())
+        self.assertEqual(trunnion.inspect(model).to_dict(), trunnion.inspect(fixture("cube")).to_dict())
+        self.assertEqual(trunnion.inspect(os.fsencode(model).decode(errors="surrogateescape")).parts, trunnion.inspect(model).parts)
+        trunnion.orient(model, objective="height", output=self.odd / os.fsdecode(b"\xfe.stl"), landscape=self.odd / os.fsdecode(b"\xfe.svg"))
+        trunnion.pack([(model, 2)], space_mm=(90, 90, 90), output=self.odd / os.fsdecode(b"plates-\xfe"))
+        hook = self.odd / os.fsdecode(b"hook-\xff.stl")
+        hook.write_bytes(Path(fixture("hook")).read_bytes())
+        trunnion.support(hook, output=self.odd / os.fsdecode(b"s-\xfe.stl"), view=self.odd / os.fsdecode(b"s-\xfe.png"))
+        own = self.odd / os.fsdecode(b"m-\xfe.toml")
+        own.write_text(trunnion.Profile("generic-ac").to_toml())
+        self.assertEqual(trunnion.Profile(own).sha256, trunnion.Profile("generic-ac").sha256)
+        done = trunnion.prepare(fixture("cube"), own, slicer="builtin", output=self.odd / os.fsdecode(b"out-\xfe.gcode"))
+        self.assertEqual(Path(done.output).read_bytes(), done.gcode)
+        page = self.odd / os.fsdecode(b"page-\xfe.html")
+        self.assertEqual(trunnion.preview(done, model=fixture("cube"), profile="generic-ac", output=page).page, page.read_bytes())
+        made = {os.fsencode(path.name) for path in self.odd.iterdir()}
+        wanted = [b"\xfe.stl", b"\xfe.svg", b"plates-\xfe", b"s-\xfe.stl", b"s-\xfe.png", b"out-\xfe.gcode", b"page-\xfe.html"]
+        self.assertLessEqual(set(wanted), made)
+
+    def test_a_plan_names_its_model_by_text(self):
+        """What a plan cannot name is refused, or found again: never an error of the codec."""
+        model = self.odd / os.fsdecode(b"w\xfcrfel-\xff.stl")
+        model.write_bytes(Path(fixture("cube")).read_bytes())
+        for verb in (trunnion.plan, trunnion.prepare):
+            more = {"slicer": "builtin"} if verb is trunnion.prepare else {}
+            with self.subTest(verb=verb.__name__):
+                done = verb(model, "generic-ac", **more)
+                self.assertIn("generic-ac", json.dumps(done.to_dict()))
+        code, document, _ = command("verify", self.folder / "x.gcode", "--plan", self.odd / os.fsdecode(b"p-\xff.json"))
+        with self.assertRaises(trunnion.InputError) as caught:
+            trunnion.verify(self.folder / "x.gcode", self.odd / os.fsdecode(b"p-\xff.json"))
+        self.assertEqual((caught.exception.exit, caught.exception.code), (code, document["code"]))
+
+    def test_what_no_file_can_be_called(self):
+        cube, bad = fixture("cube"), "a\ud800b"
+        for number, call in enumerate([
+            lambda: trunnion.inspect(bad), lambda: trunnion.inspect(trunnion.Model(bad, Path(cube).read_bytes())),
+            lambda: trunnion.plan(cube, bad), lambda: trunnion.Profile(bad + ".toml"), lambda: trunnion.Profile.from_toml(bad),
+            lambda: trunnion.Profile.from_toml("", bad), lambda: trunnion.plan(cube, "generic-ac", output=bad),
+            lambda: trunnion.plan(cube, "generic-ac", sheet=bad), lambda: trunnion.orient(cube, objective=bad),
+            lambda: trunnion.prepare(cube, "generic-ac", slicer=bad), lambda: trunnion.prepare(cube, "generic-ac", slicer_config=[bad]),
+            lambda: trunnion.Model.from_arrays(*box((0, 0, 0), (1, 1, 1)), name=bad), lambda: trunnion.inspect(cube, unit=bad),
+            lambda: trunnion.verify(bad, "plan.json"), lambda: trunnion.pack([bad], space_mm=(9, 9, 9)), lambda: trunnion.inspect("a\0b"),
+            lambda: trunnion.preview(cube, profile="generic-ac", output=bad), lambda: trunnion.support(fixture("hook"), output="a\0b.stl"),
+            lambda: trunnion.publish(b"G28", to=bad, unverified=True), lambda: trunnion.publish(b"G28", to="octoprint:http://x", key=bad, unverified=True),
+            lambda: trunnion.send(b"G28", port=bad, unverified=True, journal="j", profile="generic-ac"),
+        ]):  # fmt: skip
+            with self.subTest(call=number), self.assertRaises(trunnion.InputError) as caught:
+                call()
+            self.assertTrue(caught.exception.code)
 
 
 class Arrays(Folder):

@@ -6,6 +6,7 @@ can be sent to other processes and computers.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -53,7 +54,7 @@ class Model:
     @classmethod
     def from_meshes(cls, meshes: Mapping[str, tuple[Any, Any]], name: str = "model.3mf") -> Model:
         """Several parts that keep their faces where they touch: names to pairs of arrays, as for :meth:`from_arrays`."""
-        checked = [(part, *_arrays(part, pair)) for part, pair in meshes.items()]
+        checked = [(_text(part, "the name of a part"), *_arrays(part, pair)) for part, pair in meshes.items()]
         return cls(name, _trunnion.encode(checked))
 
     def write(self, path: str | os.PathLike[str]) -> None:
@@ -61,7 +62,7 @@ class Model:
         Path(path).write_bytes(self.data)
 
 
-ModelLike = Union[str, os.PathLike, bytes, Model, tuple]
+ModelLike = Union[str, "os.PathLike[str]", bytes, Model, tuple[Any, Any]]
 
 
 def _arrays(name: str, pair: tuple[Any, Any]) -> tuple[Any, Any]:
@@ -96,7 +97,7 @@ def _array(name: str, what: str, given: Any) -> Any:
 def named_model(model: Any) -> Named:
     """How the native half takes a model."""
     if isinstance(model, Model):
-        return model.name, model.data
+        return _name(model.name, "the name of a model"), model.data
     if isinstance(model, (bytes, bytearray, memoryview)):
         return "model", bytes(model)
     if isinstance(model, tuple):
@@ -112,7 +113,27 @@ def named_file(given: Any, what: str) -> Named:
         path = os.fspath(given)
     except TypeError:
         raise InputError(f"{type(given).__name__} is not {what}") from None
-    return os.fsdecode(path), None
+    return _name(os.fsdecode(path), what), None
+
+
+def _name(given: str, what: str) -> str:
+    """A name that a file can have: bytes that are no text are in it as `os.fsdecode` has them."""
+    try:
+        os.fsencode(given)
+    except (TypeError, UnicodeEncodeError):
+        raise InputError(f"{given!r} is not {what}: no file can have this name") from None
+    return given
+
+
+def _text(given: Any, what: str) -> str:
+    """Text that can be written into a file."""
+    if not isinstance(given, str):
+        raise InputError(f"{type(given).__name__} is not {what}")
+    try:
+        given.encode()
+    except UnicodeEncodeError:
+        raise InputError(f"{given!r:.60} is not {what}: it cannot be written as UTF-8") from None
+    return given
 
 
 class Profile:
@@ -139,10 +160,8 @@ class Profile:
     @classmethod
     def from_toml(cls, text: str, name: str = "machine.toml") -> Profile:
         """A profile from the text of a TOML file, called `name` in messages and plans."""
-        if not isinstance(text, str):
-            raise InputError(f"{type(text).__name__} is not the text of a TOML file")
         profile = cls.__new__(cls)
-        profile._read(name, text.encode())
+        profile._read(_name(name, "the name of a machine"), _text(text, "the text of a TOML file").encode())
         return profile
 
     @staticmethod
@@ -160,9 +179,8 @@ class Profile:
 
     def to_dict(self) -> dict[str, Any]:
         """All values: the document of ``trunnion profile show --json``."""
-        import json
-
-        return json.loads(self._document)
+        document: dict[str, Any] = json.loads(self._document)
+        return document
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._named[1] is None and self.name in self.shipped():
@@ -179,7 +197,7 @@ class Profile:
         return f"Profile({self.name!r})"
 
 
-ProfileLike = Union[str, os.PathLike, Profile]
+ProfileLike = Union[str, "os.PathLike[str]", Profile]
 
 
 def named_profile(profile: Any) -> Named:
