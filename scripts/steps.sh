@@ -136,6 +136,15 @@ from_registry() {
         skip "$what could not be installed"
 }
 
+# The same into surroundings of their own: into_venv FOLDER MODULE SECONDS WHAT PACKAGE..
+into_venv() {
+    local python=$1/bin/python module=$2 seconds=$3 what=$4
+    shift 4
+    "$python" -c "import $module" 2>/dev/null && return
+    timeout -k 20 "$seconds" "$python" -m pip install --quiet --disable-pip-version-check "$@" </dev/null ||
+        skip "$what could not be installed"
+}
+
 # The test runner: the machine's own, or the one that the Python registry has built.
 nextest() {
     if cargo nextest --version >/dev/null 2>&1 || [ ! -x .venv/bin/python ]; then
@@ -261,6 +270,9 @@ real_programs() {
     took_part scipy 'python3 -c "import scipy"' 'python3 -c "import scipy; print(scipy.__version__)"'
     took_part jsonschema '.venv/bin/python -c "import jsonschema"' '.venv/bin/python -c "from importlib.metadata import version; print(version(\"jsonschema\"))"'
     took_part maturin 'maturin --version' 'maturin --version'
+    local own=${target:-target}/python-package/venv/bin/python
+    took_part mypy "[ -x $own ] && $own -m mypy --version" "$own -m mypy --version"
+    took_part pyright "[ -x $own ] && $own -m pyright --version" "$own -m pyright --version"
     took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
     took_part LEMON '[ -e /usr/include/lemon/preflow.h ] && command -v g++' "dpkg-query -W -f '\${Version}\n' liblemon-dev"
     took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'

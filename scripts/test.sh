@@ -138,6 +138,9 @@ python_package() {
     CARGO_TARGET_DIR=$target maturin build --profile proof --strip --locked -m python/Cargo.toml -i .venv/bin/python --out "$place" || return 1
     python3 -m venv "$place/venv" || return 1
     timeout -k 20 300 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$place"/*.whl </dev/null || return 1
+    # What its tests look with; a test without its program says so.
+    into_venv "$place/venv" mypy 300 "mypy (checks the types of the Python package)" mypy==1.18.2
+    into_venv "$place/venv" pyright 300 "pyright (checks the types of the Python package)" "pyright[nodejs]==1.1.406"
     "$place/venv/bin/python" python/examples/first_print.py "$place/example" || return 1
     TRUNNION="$target/proof/trunnion" timeout -k 20 900 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
 }

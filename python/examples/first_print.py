@@ -7,24 +7,28 @@ verified; a T of one solid is cut. FOLDER (default: here) gets what is named bel
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 import trunnion
 
+Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
-def box(size, place, turned_deg=0.0):
+
+def box(size: npt.ArrayLike, place: npt.ArrayLike, turned_deg: float = 0.0) -> Arrays:
     """Vertices (8 x 3) and facets (12 x 3) of a box that stands on `place` and is turned about Y."""
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)]) * size
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)]) * np.asarray(size)
     angle = np.radians(turned_deg)
     turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     facets = np.array([corner for a, b, c, d in quads for corner in ((a, b, c), (a, c, d))])
-    return corners @ turn.T + place, facets
+    return corners @ turn.T + np.asarray(place), facets
 
 
-def drawn_out(outline, depth, middle):
+def drawn_out(outline: Sequence[tuple[float, float]], depth: float, middle: tuple[float, float]) -> Arrays:
     """Vertices and facets of an outline in X and Z (counter-clockwise, all of it seen from `middle`) drawn out along Y."""
     count = len(outline)
     vertices = [(x, y, z) for y in (0.0, depth) for x, z in (*outline, middle)]
@@ -71,7 +75,7 @@ for slot in planned.slots:
 # 4. The print: sliced, rewritten and replayed on the machine's model. Nothing is written that was not proved.
 
 
-def told(progress):
+def told(progress: trunnion.Progress) -> None:
     print("  ..", progress.text, f"{progress.done} of {progress.of}" if progress.kind == "step" else "")
 
 
