@@ -273,6 +273,7 @@ real_programs() {
     local own=${target:-target}/python-package/venv/bin/python
     took_part mypy "[ -x $own ] && $own -m mypy --version" "$own -m mypy --version"
     took_part pyright "[ -x $own ] && $own -m pyright --version" "$own -m pyright --version"
+    took_part nbclient "[ -x $own ] && $own -c 'import nbclient, nbformat, ipykernel'" "$own -c 'import nbclient; print(nbclient.__version__)'"
     took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
     took_part LEMON '[ -e /usr/include/lemon/preflow.h ] && command -v g++' "dpkg-query -W -f '\${Version}\n' liblemon-dev"
     took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'

@@ -141,6 +141,7 @@ python_package() {
     # What its tests look with; a test without its program says so.
     into_venv "$place/venv" mypy 300 "mypy (checks the types of the Python package)" mypy==1.18.2
     into_venv "$place/venv" pyright 300 "pyright (checks the types of the Python package)" "pyright[nodejs]==1.1.406"
+    into_venv "$place/venv" nbclient 300 "nbclient and ipykernel (run a notebook)" nbclient==0.10.2 nbformat==5.10.4 ipykernel==6.30.1
     "$place/venv/bin/python" python/examples/first_print.py "$place/example" || return 1
     TRUNNION="$target/proof/trunnion" timeout -k 20 900 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
 }

@@ -2,12 +2,29 @@
 
 import html
 import html.parser
+import json
+import os
 import pickle
+import shutil
+import subprocess
+import sys
 import unittest
+import unittest.mock
+import warnings
+from importlib.util import find_spec
 from pathlib import Path
 
 import trunnion
-from shared import Folder, box, command, fixture, tee
+from shared import ROOT, Folder, box, command, fixture, tee
+
+BROWSER = next(filter(shutil.which, ["chromium", "chromium-browser", "google-chrome"]), None)
+
+
+def left_out(why):
+    """A test that cannot be made here says so aloud: the test command lists it."""
+    print(f"SKIPPED: {why}", file=sys.stderr, flush=True)
+    raise unittest.SkipTest(why)
+
 
 class Frames(html.parser.HTMLParser):
     """The frames of a text of HTML, and all its tags."""
@@ -106,6 +123,74 @@ class Pages(Folder):
         # Scripts, and no right to the notebook, its storage, its windows or its forms.
         self.assertEqual(frame["sandbox"], "allow-scripts")
         self.assertNotIn("src", frame)
+
+
+#: The cells of a notebook as somebody would write them.
+CELLS = [
+    "import trunnion\nimport warnings\nwarnings.simplefilter('ignore')",
+    "done = trunnion.prepare(MODEL, 'generic-ac', slicer='builtin')\ndone.verify.clean",
+    "trunnion.preview(done)",
+    "trunnion.preview(CAGED, profile='generic-ac')",
+]
+
+
+class Notebook(Folder):
+    def outputs(self):
+        """What each cell of a notebook gives, as a kernel makes it."""
+        if not all(find_spec(name) for name in ("nbformat", "nbclient", "ipykernel")):
+            left_out("nbformat, nbclient and ipykernel are not installed: no notebook was run")
+        import nbclient
+        import nbformat
+
+        notebook = nbformat.v4.new_notebook()
+        first = f"MODEL, CAGED = {fixture('cube')!r}, {fixture('caged')!r}\n"
+        notebook.cells = [nbformat.v4.new_code_cell((first if not index else "") + cell) for index, cell in enumerate(CELLS)]
+        # A kernel of this very interpreter, whatever kernels this computer has; nothing is left in anybody's home.
+        kernel = self.folder / "kernels" / "python3"
+        kernel.mkdir(parents=True)
+        argv = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
+        (kernel / "kernel.json").write_text(json.dumps({"argv": argv, "display_name": "Python", "language": "python"}))
+        own = {name: str(self.folder) for name in ("JUPYTER_PATH", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR", "JUPYTER_CONFIG_DIR")}
+        with unittest.mock.patch.dict(os.environ, own), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            nbclient.NotebookClient(notebook, kernel_name="python3", timeout=600).execute()
+        nbformat.validate(notebook)
+        nbformat.write(notebook, self.folder / "print.ipynb")
+        return [[out for out in cell["outputs"] if out["output_type"] == "execute_result"] for cell in notebook.cells]
+
+    def test_the_page_of_a_notebook(self):
+        outputs = self.outputs()
+        self.assertEqual(outputs[1][0]["data"]["text/plain"], "True")
+        shown = [outputs[cell][0]["data"]["text/html"] for cell in (2, 3)]
+        facts = ["program", "reasons"]
+        page = self.folder / "notebook.html"
+        page.write_text("<!DOCTYPE html><title>a notebook</title><style>iframe { display: block }</style>" + "\n".join(shown))
+        self.assertEqual(Frames(page.read_text()).tags.count("iframe"), 2)
+        for kind, one in zip(facts, shown):
+            alone = self.folder / f"{kind}.html"
+            alone.write_text(f"<!DOCTYPE html><title>a cell</title>{one}")
+            self.opened(alone, kind)
+
+    def opened(self, page, kind):
+        """In a browser: the frame draws, complains of nothing, asks nothing of the network, and cannot reach the notebook."""
+        if BROWSER is None:
+            left_out("Chromium is not installed: the notebook's page is not opened")
+        # With more rights it would be no page of its own, for which the driver waits.
+        self.assertEqual([frame["sandbox"] for frame in Frames(page.read_text()).frames], ["allow-scripts"])
+        outside = "(() => { try { return String(top.document.title); } catch (error) { return error.name; } })()"
+        steps = [
+            {"frame": "ready.then(() => facts.kind)"},
+            {"frame": outside},
+            {"frame": "document.querySelector('canvas').width > 0"},
+            {"eval": "document.querySelector('iframe').contentDocument === null"},
+        ]
+        driver = [sys.executable, ROOT / "tests/it/preview/chromium.py", BROWSER, page, "1100", "700"]
+        run = subprocess.run(list(map(str, driver)), input=json.dumps(steps), capture_output=True, text=True, timeout=900)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        answer = json.loads(run.stdout)
+        self.assertEqual(answer["results"], [kind, "SecurityError", True, True])
+        self.assertEqual(answer["console"], [])
+        self.assertEqual([one for one in answer["requests"] if not one.startswith(("file:///", "about:srcdoc", "data:"))], [])
 
 
 if __name__ == "__main__":
