@@ -238,7 +238,8 @@ class Sent(Printed):
     def paused_by(self, ends, error):
         """A print that `ends` pauses; it is resumed, and every line was executed once."""
         text = moves(400)
-        path, printer = self.program(text), Printer(self, self.machine, "--speed", "20")
+        # Slow enough for some seconds, and as many events, before its end.
+        path, printer = self.program(text), Printer(self, self.machine, "--speed", "8")
 
         def progress(one):
             if one.kind == "event" and one.done > 40:
