@@ -143,7 +143,7 @@ python_package() {
     into_venv "$place/venv" pyright 300 "pyright (checks the types of the Python package)" "pyright[nodejs]==1.1.406"
     into_venv "$place/venv" nbclient 300 "nbclient and ipykernel (run a notebook)" nbclient==0.10.2 nbformat==5.10.4 ipykernel==6.30.1
     "$place/venv/bin/python" python/examples/first_print.py "$place/example" || return 1
-    TRUNNION="$target/proof/trunnion" timeout -k 20 900 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
+    TRUNNION="$target/proof/trunnion" timeout -k 20 1800 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
 }
 if [ -x .venv/bin/python ] && .venv/bin/python -c 'import maturin' 2>/dev/null; then
     step "Python package" python_package

@@ -13,8 +13,8 @@ import trunnion
 from shared import Folder, box
 
 WARM, CALLS = 100, 1000
-#: Of 900 calls, in bytes of the process: 2,000 for each. Of Python's own objects, where there is no noise, 20.
-MOST_GROWN, MOST_OBJECTS = (CALLS - WARM) * 2000, (CALLS - WARM) * 20
+#: Of 900 calls, in bytes of the process: 3,000 for each. Of Python's own objects, where there is no noise, 20.
+MOST_GROWN, MOST_OBJECTS = (CALLS - WARM) * 3000, (CALLS - WARM) * 20
 #: Threads of the last calls that are about to end.
 ENDING = 20
 
