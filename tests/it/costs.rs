@@ -58,7 +58,7 @@ fn no_single_byte_of_a_small_file_costs_more_than_three_clean_runs() {
     for victim in victims() {
         let proved = Proved { plan: victim.plan().clone(), bytes: victim.program().to_vec() };
         let name = proved.plan.machine.name.clone();
-        bytes_are_borne(&name, &proved, seeds(100, 3334));
+        bytes_are_borne(&name, &proved, seeds(40, 3334));
     }
 }
 

@@ -127,7 +127,7 @@ fn any_answers_are_borne() {
 
 #[test]
 fn any_finished_program_is_judged_shown_and_sent_or_refused() {
-    survives("program", 100);
+    survives("program", 50);
 }
 
 #[test]
