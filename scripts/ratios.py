@@ -80,9 +80,9 @@ FILES = {
     "candelabrum": (None, []),
     "under-the-gantry": (None, []),
     "enclosure": (enclosure, ["--way", "as-drawn"]),
-    "tube-7": (lambda: fluted(17), ["--way", "as-drawn"]),
-    "tube-27": (lambda: fluted(65), ["--way", "as-drawn"]),
-    "tube-109": (lambda: fluted(260), ["--way", "as-drawn"]),
+    "tube-7": (lambda: fluted(8), ["--way", "as-drawn"]),
+    "tube-27": (lambda: fluted(30), ["--way", "as-drawn"]),
+    "tube-109": (lambda: fluted(120), ["--way", "as-drawn"]),
 }
 
 
