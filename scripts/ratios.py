@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What proof costs beside reading: processor time of verify, preview and rewrite for each finished file, as a ratio to md5 of the same bytes.
 
-    scripts/ratios.py                     twelve files, made here: fixtures, an enclosure, a pipe, fluted tubes
+    scripts/ratios.py                     twelve files, made here: fixtures, an enclosure, fluted tubes
     scripts/ratios.py --program FILE      another program than the release build
     scripts/ratios.py y-tree tube-7 ..    these files alone
 

@@ -127,20 +127,16 @@ python_environment() {
 
 # A witness of the registry's: from_registry MODULE SECONDS WHAT PACKAGE..
 from_registry() {
-    local module=$1 seconds=$2 what=$3
-    shift 3
-    if [ ! -x .venv/bin/python ] || .venv/bin/python -c "import $module" 2>/dev/null; then
-        return
-    fi
-    timeout -k 20 "$seconds" .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@" </dev/null ||
-        skip "$what could not be installed"
+    into_venv .venv "$@"
 }
 
-# The same into surroundings of their own: into_venv FOLDER MODULE SECONDS WHAT PACKAGE..
+# The same into other surroundings: into_venv FOLDER MODULE SECONDS WHAT PACKAGE..
 into_venv() {
     local python=$1/bin/python module=$2 seconds=$3 what=$4
     shift 4
-    "$python" -c "import $module" 2>/dev/null && return
+    if [ ! -x "$python" ] || "$python" -c "import $module" 2>/dev/null; then
+        return
+    fi
     timeout -k 20 "$seconds" "$python" -m pip install --quiet --disable-pip-version-check "$@" </dev/null ||
         skip "$what could not be installed"
 }
@@ -271,9 +267,10 @@ real_programs() {
     took_part jsonschema '.venv/bin/python -c "import jsonschema"' '.venv/bin/python -c "from importlib.metadata import version; print(version(\"jsonschema\"))"'
     took_part maturin 'maturin --version' 'maturin --version'
     local own=${target:-target}/python-package/venv/bin/python
-    took_part mypy "[ -x $own ] && $own -m mypy --version" "$own -m mypy --version"
-    took_part pyright "[ -x $own ] && $own -m pyright --version" "$own -m pyright --version"
-    took_part nbclient "[ -x $own ] && $own -c 'import nbclient, nbformat, ipykernel'" "$own -c 'import nbclient; print(nbclient.__version__)'"
+    local one
+    for one in mypy pyright nbclient; do
+        took_part "$one" "[ -x $own ] && $own -c 'import $one'" "$own -c 'from importlib.metadata import version; print(version(\"$one\"))'"
+    done
     took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
     took_part LEMON '[ -e /usr/include/lemon/preflow.h ] && command -v g++' "dpkg-query -W -f '\${Version}\n' liblemon-dev"
     took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'

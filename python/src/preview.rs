@@ -33,7 +33,7 @@ pub(crate) fn preview(told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyRes
             }
             [one] => {
                 if !one.packed.has_text && one.scene.program.is_some() {
-                    world.progress.warning("the G-code lines are left out, since they would make the page too large");
+                    world.progress.warning(document::text::WITHOUT_LINES);
                 }
                 let page = document::page(one);
                 let document = document::previewed("", page.len(), one);

@@ -131,9 +131,7 @@ fn loaded(outgoing: &Outgoing, outputs: &mut Outputs, dry_run: bool, world: &Wor
     let program = outgoing.verified(None, world)?;
     let profile = outgoing.profile.as_ref().map(|machine| job::load_profile(machine, world)).transpose()?;
     profile.iter().for_each(warn);
-    let path = outgoing.path.display();
-    let text = format!("{path} is not verified: the head may hit the part, the table or the frame");
-    world.progress.warning(&text);
+    world.progress.warning(&words::sent_unverified(&outgoing.path));
     Ok(Loaded { program, plan: None, profile })
 }
 

@@ -87,7 +87,7 @@ pub(crate) fn pack(told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult
         let aside = earlier.iter().filter_map(|plate| plate.set_aside().transpose()).collect::<Result<Vec<_>, _>>()?;
         viewed.map(|viewed| viewed.write(&done.view())).transpose()?;
         for aside in aside {
-            world.progress.warning(&format!("renamed the file of an earlier run to {}", aside.display()));
+            world.progress.warning(&document::text::set_aside(&aside));
         }
         let made = (0..done.plates.len()).map(|plate| ("plate", done.threemf(plate)));
         Ok((text(&document::packed(&done)), made.collect()))

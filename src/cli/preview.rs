@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::args::Preview as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, plan};
-use crate::document;
+use crate::document::{self, text};
 use crate::job::{self, Error, OutputFile, PreviewResult, StrategyError};
 use crate::spelling::counted;
 use crate::verify::Report;
@@ -52,7 +52,7 @@ pub(super) fn write(
     console: &Console,
 ) -> Result<usize, Failure> {
     if !shown.packed.has_text && shown.scene.program.is_some() {
-        console.warning("the G-code lines are left out, since they would make the page too large");
+        console.warning(text::WITHOUT_LINES);
     }
     put(&document::page(shown), output, open, console)
 }

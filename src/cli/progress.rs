@@ -163,7 +163,7 @@ impl Console {
     /// Puts what an earlier run left in the place of `output` aside, and says so.
     pub(super) fn set_aside(&self, output: &OutputFile) -> Result<(), Failure> {
         if let Some(aside) = output.set_aside()? {
-            self.warning(&format!("renamed the file of an earlier run to {}", aside.display()));
+            self.warning(&text::set_aside(&aside));
         }
         Ok(())
     }

@@ -62,8 +62,7 @@ fn load(
     let program = Verified::unverified(Source::from(path).program(&world)?.into_owned());
     let profile = Some(job::load_profile(&profile.into(), &world)?);
     profile.iter().for_each(|machine| warn(machine, args, console));
-    let path = path.display();
-    console.warning(&format!("{path} is not verified: the head may hit the part, the table or the frame"));
+    console.warning(&text::sent_unverified(path));
     Ok(Loaded { program, plan: None, profile })
 }
 

@@ -195,6 +195,19 @@ fn table(rows: &[Compared], out: &mut String) {
     out.push('\n');
 }
 
+/// What is said of a file that goes to a printer unverified.
+pub fn sent_unverified(path: &Path) -> String {
+    format!("{} is not verified: the head may hit the part, the table or the frame", path.display())
+}
+
+/// Where a file of an earlier run is now.
+pub fn set_aside(to: &Path) -> String {
+    format!("renamed the file of an earlier run to {}", to.display())
+}
+
+/// What is said of a page without the program's lines.
+pub const WITHOUT_LINES: &str = "the G-code lines are left out, since they would make the page too large";
+
 /// Why a file without its plan is not published.
 pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a verified file is published; pass its plan with --plan PLAN.json, or skip all collision checks with --unverified";
 

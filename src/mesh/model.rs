@@ -97,6 +97,7 @@ impl Model {
         Ok(Self::joined(parts, interfaces))
     }
 
+    /// What stands on the table, what is caught, and what is said of the parts.
     fn joined(parts: Vec<Part>, interfaces: Vec<Interface>) -> Self {
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
         let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));

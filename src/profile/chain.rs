@@ -26,7 +26,7 @@ impl Profile {
         })
     }
 
-    /// The same as the tool sees them at `pose`. A piece that does not turn with it follows the tip as the others do, is as long as its axes
+    /// The [pieces of the head](Self::head_bodies) as the tool sees them at `pose`. A piece that does not turn with it follows the tip as the others do, is as long as its axes
     /// let it come along the axes that it does not follow, and reaches upward without end: what holds it up is above it.
     pub fn head_bodies_at(&self, pose: Pose) -> Vec<Body> {
         let bodies = self.head_bodies();

@@ -39,7 +39,7 @@ const TURNS_A_PRINT: usize = 256;
 const TURNS_A_FIELD: usize = 16;
 
 /// So many collisions of the head are found, in a short program one for so many moves; how often it strikes beyond that tells nobody more, and each
-/// costs as much as ten moves.
+/// is dear.
 const STRIKES: [usize; 2] = [20, 1000];
 const MOVES_A_STRIKE: usize = 20;
 

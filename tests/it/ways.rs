@@ -202,7 +202,7 @@ fn household(seed: u64) -> (String, Shape) {
 #[test]
 fn the_way_that_is_taken_is_never_much_dearer_than_another() {
     let folder = folder();
-    let (mut told, mut dear) = (Vec::new(), Vec::new());
+    let (mut told, mut dear, mut compared) = (Vec::new(), Vec::new(), 0);
     for seed in seeds(13, 65) {
         let (name, shape) = household(seed);
         let (code, done, said) = prepared(folder.path(), &name, &shape, &[]);
@@ -217,6 +217,7 @@ fn the_way_that_is_taken_is_never_much_dearer_than_another() {
         // In the suite every other one of the four ways by itself, the other two for the next thing.
         let some = ["as-drawn", "turned", "supports", "cut"].iter().skip(seed as usize % every(2)).step_by(every(2));
         let each: Vec<(&str, f64)> = some.filter_map(alone).collect();
+        compared += each.iter().filter(|(way, _)| *way != taken["way"]).count();
         let least = each.iter().map(|(_, price)| *price).fold(f64::INFINITY, f64::min);
         told.push(format!("{name}: {} {:.1} min, by themselves {each:.1?}", taken["way"], price(&taken)));
         // A twentieth, as the drawn pose is a wish.
@@ -225,6 +226,7 @@ fn the_way_that_is_taken_is_never_much_dearer_than_another() {
         }
     }
     note(&told.join("\n"));
+    assert!(3 * compared >= told.len(), "{compared} ways besides those that were taken of {}", told.len());
     assert!(dear.is_empty(), "{}", dear.join("\n"));
 }
 
