@@ -1,5 +1,6 @@
 //! A model as it is to be printed: turned, set beside others, its parts made to meet. What was read is never changed: the arranged
-//! model is one of its own, for whoever asked to write beside the output.
+//! model is one of its own, for whoever asked to write beside the output. Files are read once, whatever poses are tried: no pose is
+//! dropped for a file that cannot be read again, and none is of other bytes than the next.
 
 use std::f64::consts::PI;
 use std::str::FromStr;
@@ -13,7 +14,7 @@ use crate::orient::{Facets, recommend};
 use crate::pack::{self, Spot};
 use crate::planning::{Infeasible, MOST_PARTS};
 use crate::spelling::{counted, numbers};
-use crate::world::{Silent, World};
+use crate::world::World;
 
 /// Which way a model stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,21 +112,53 @@ impl SetUp {
     }
 }
 
-/// Where models come from, how they are set up, and for which machine.
+/// Models as their files have them.
+pub(crate) struct ReadModels {
+    first: LoadedModel,
+    /// Which plates of its project the first one is.
+    plates: ProjectPlates,
+    /// The others for the same table, each with its copies.
+    others: Vec<(LoadedModel, usize)>,
+}
+
+impl ReadModels {
+    /// Reads the first and those that `how` sets beside it; each is told, and no warning.
+    ///
+    /// # Errors
+    ///
+    /// [`StrategyError::Setting`] for what is wrong with `how`, before anything is read; what reading says.
+    pub(crate) fn read(first: &ModelSource, how: &Arrangement, world: &World<'_>) -> Result<Self, StrategyError> {
+        how.check()?;
+        let one = |from: &ModelSource| -> Result<LoadedModel, StrategyError> {
+            let read = read_quietly(from, world)?;
+            world.progress.reached(&read);
+            Ok(read)
+        };
+        let (plates, first) = (first.plates, one(first)?);
+        let others = how.beside.iter().map(|(from, copies)| Ok((one(from)?, *copies)));
+        Ok(Self { first, plates, others: others.collect::<Result<_, StrategyError>>()? })
+    }
+
+    /// The first.
+    pub(crate) fn first(&self) -> &LoadedModel {
+        &self.first
+    }
+}
+
+/// Models that were read, how they are set up, and for which machine. Of what is beside the first, `how` is as it was when they were read.
 #[derive(Clone, Copy)]
 pub(crate) struct Models<'a> {
-    pub(crate) first: &'a ModelSource,
+    pub(crate) read: &'a ReadModels,
     pub(crate) how: &'a Arrangement,
     pub(crate) machine: &'a LoadedProfile,
 }
 
 impl Models<'_> {
     /// The models with more room between them than in `set`, ever wider, as far as the table goes.
-    pub(crate) fn wider(&self, set: &SetUp, world: &World<'_>) -> Vec<SetUp> {
-        let world = World { progress: &Silent, ..*world };
+    pub(crate) fn wider(&self, set: &SetUp) -> Vec<SetUp> {
         let again = |mm: f64| {
             let how = Arrangement { gap_mm: Some(mm), ..self.how.clone() };
-            arranged(&Models { how: &how, ..*self }, &world).ok()
+            arranged(&Models { how: &how, ..*self }).ok()
         };
         let wider = WIDER_MM.into_iter().filter(|mm| set.gap_mm.is_some_and(|gap| *mm > gap));
         // What does not fit on the table is refused by the planner at once.
@@ -133,20 +166,27 @@ impl Models<'_> {
     }
 }
 
-/// Reads the models, and arranges them where there is something to arrange; warnings are told.
-pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, StrategyError> {
-    let Models { first, how, machine } = *models;
-    how.check()?;
-    let read = read_quietly(first, world)?;
-    world.progress.reached(&read);
+/// As [`arranged`]; the warnings about the models are told.
+pub(crate) fn arranged_aloud(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, StrategyError> {
+    let set = arranged(models)?;
+    tell(&set.model.model.warnings, world);
+    Ok(set)
+}
+
+/// Arranges the models where there is something to arrange.
+///
+/// # Errors
+///
+/// What is wrong with the models in this pose, or with their number; nothing that another time could be otherwise.
+pub(crate) fn arranged(models: &Models<'_>) -> Result<SetUp, StrategyError> {
+    let Models { read: ReadModels { first: read, plates, others }, how, machine } = *models;
     // Whoever reads the plan's model again knows no plate.
-    let of_plate = first.plates != ProjectPlates::Only;
+    let of_plate = *plates != ProjectPlates::Only;
     if how.is_plain() && how.snap_mm == 0.0 && !how.join && !of_plate {
-        tell(&read.model.warnings, world);
-        return Ok(SetUp::as_read(read));
+        return Ok(SetUp::as_read(read.clone()));
     }
     let mut changes = Vec::new();
-    let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
+    let stood = if how.is_plain() { None } else { Some(stood(read, others, how, machine, &mut changes)?) };
     let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
     let stood = stood.map(|(model, _)| model);
     let model = stood.as_ref().unwrap_or(&read.model);
@@ -159,18 +199,15 @@ pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
         Arrangement { snap_mm: 0.0, .. } => None,
         _ => fit_or_join(model, how.snap_mm)?,
     };
-    if let ProjectPlates::Number(number) = first.plates {
+    if let ProjectPlates::Number(number) = *plates {
         changes.push(format!("plate {number} of {}", read.file));
     }
     let as_stood = || stood.as_ref().or(of_plate.then_some(model)).map(named);
     let Some(parts) = fitted.as_ref().map_or_else(as_stood, |f| Some(f.parts.clone())) else {
-        tell(&read.model.warnings, world);
-        return Ok(SetUp { model: read, arranged: None, gap_mm });
+        return Ok(SetUp { gap_mm, ..SetUp::as_read(read.clone()) });
     };
     changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
-    let set = made_of(parts, &read, changes, &how.file_of(&read))?;
-    tell(&set.model.model.warnings, world);
-    Ok(SetUp { gap_mm, ..set })
+    Ok(SetUp { gap_mm, ..made_of(parts, read, changes, &how.file_of(read))? })
 }
 
 /// A model of its own out of what was read.
@@ -215,18 +252,11 @@ impl Arrangement {
 /// All models, turned and beside each other, and the room between them where there are several.
 fn stood(
     first: &LoadedModel,
+    others: &[(LoadedModel, usize)],
     how: &Arrangement,
     machine: &LoadedProfile,
     changes: &mut Vec<String>,
-    world: &World<'_>,
 ) -> Result<(Model, Option<f64>), StrategyError> {
-    let read = |from: &ModelSource| -> Result<LoadedModel, StrategyError> {
-        let other = read_quietly(from, world)?;
-        world.progress.reached(&other);
-        Ok(other)
-    };
-    let others = how.beside.iter().map(|(from, copies)| Ok((read(from)?, *copies)));
-    let others = others.collect::<Result<Vec<_>, StrategyError>>()?;
     let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
     let turns =
         all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, StrategyError>>()?;

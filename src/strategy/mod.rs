@@ -56,7 +56,7 @@ mod ways;
 
 pub use allowed::WaysOut;
 pub use arrange::{ArrangedModel, Arrangement, PoseChoice};
-pub(crate) use arrange::{Models, SetUp, arranged, head_reach_mm};
+pub(crate) use arrange::{Models, ReadModels, SetUp, arranged, arranged_aloud, head_reach_mm};
 pub use cutting::{CutModel, Cutting};
 pub use error::StrategyError;
 pub use form::SupportForm;

@@ -6,14 +6,16 @@
 
 use std::collections::VecDeque;
 
-use super::arrange::{Arrangement, Models, NEAREST_MM, SetUp, arranged, head_reach_mm, laid_out, room_for};
+use super::arrange::{
+    Arrangement, Models, NEAREST_MM, ReadModels, SetUp, arranged_aloud, head_reach_mm, laid_out, room_for,
+};
 use super::error::StrategyError;
 use super::loose::Cluster;
 use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::input::{LoadedProfile, ModelSource};
 use crate::mesh::{Model, Part, ProjectPlates, TriangleMesh, threemf};
 use crate::planning::{Infeasible, MOST_PARTS};
-use crate::world::{Silent, World};
+use crate::world::World;
 
 /// Bodies whose sizes differ by less stand in for each other, mm.
 const ALIKE_MM: f64 = 1e-6;
@@ -63,31 +65,33 @@ impl PlateQueue {
     /// # Errors
     ///
     /// What reading and setting up each of them may say.
-    pub(crate) fn of(models: &Models<'_>, world: &World<'_>) -> Result<Self, StrategyError> {
-        let all = std::iter::once((models.first, models.how.copies));
-        let all: Vec<(&ModelSource, usize)> =
-            all.chain(models.how.beside.iter().map(|(from, copies)| (from, *copies))).collect();
-        models.how.check()?;
+    pub(crate) fn of(
+        first: &ModelSource,
+        how: &Arrangement,
+        machine: LoadedProfile,
+        world: &World<'_>,
+    ) -> Result<Self, StrategyError> {
+        how.check()?;
+        let beside = how.beside.iter().map(|(from, copies)| (from, *copies));
+        let each = Arrangement { copies: 1, beside: Vec::new(), ..how.clone() };
         let mut shapes = Vec::new();
-        for (first, copies) in all {
-            let how = Arrangement { copies: 1, beside: Vec::new(), ..models.how.clone() };
+        for (first, copies) in std::iter::once((first, how.copies)).chain(beside) {
             // What lies on several plates of a project goes onto ours.
             let plates = if first.plates == ProjectPlates::Only { ProjectPlates::All } else { first.plates };
             let first = &ModelSource { plates, ..first.clone() };
-            let silent = World { progress: &Silent, ..*world };
-            let set = |how: &Arrangement, world: &World<'_>| arranged(&Models { first, how, ..*models }, world);
-            let SetUp { model, .. } = match set(&how, world) {
+            let read = &ReadModels::read(first, &each, world)?;
+            let set = |how: &Arrangement| arranged_aloud(&Models { read, how, machine: &machine }, world);
+            let SetUp { model, .. } = match set(&each) {
                 // On several plates they may be as many.
                 Err(StrategyError::Infeasible(Infeasible::TooManyParts { .. })) => {
-                    set(&Arrangement { snap_mm: 0.0, ..how }, &silent)?
+                    set(&Arrangement { snap_mm: 0.0, ..each.clone() })?
                 }
                 done => done?,
             };
             let file = first.source.name().rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
             shapes.extend(bodies(&model.model).into_iter().map(|parts| Shape::of(file.clone(), parts, copies)));
         }
-        let (machine, gap_mm) = (models.machine.clone(), models.how.gap_mm);
-        let mut queue = Self { shapes, left: VecDeque::new(), machine, gap_mm };
+        let mut queue = Self { shapes, left: VecDeque::new(), machine, gap_mm: how.gap_mm };
         let wanted = (0..queue.shapes.len()).flat_map(|shape| std::iter::repeat_n(shape, queue.shapes[shape].copies));
         queue.left = queue.shared(wanted.collect(), false).into();
         Ok(queue)
@@ -227,6 +231,7 @@ fn bodies(model: &Model) -> Vec<Vec<Part>> {
 mod tests {
     use super::*;
     use crate::input::{MachineSource, load_profile};
+    use crate::world::Silent;
 
     /// Boxes of so much, each so often, for a table of 70 mm.
     fn queue(boxes: &[([f64; 3], usize)]) -> PlateQueue {

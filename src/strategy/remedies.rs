@@ -95,7 +95,7 @@ pub(super) fn turned_over(
     let quiet = PlanOptions { remedies: false, explain: false, plans: 1, ..options.clone() };
     let poses = Poses::of(&model.model.parts[0].mesh, models.machine);
     let up = poses.others.iter().map(|pose| <[f64; 3]>::from(pose.up)).find(|up| {
-        let set = turned(models, *up, &silent);
+        let set = turned(models, *up);
         let plan =
             |set: SetUp| planned_along(Along::These(&[Vec3::z()]), set.model, models.machine.clone(), &quiet, &silent);
         set.and_then(plan).is_ok()

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::arrange::{Arrangement, Models, PoseChoice, arranged};
+use super::arrange::{Arrangement, Models, PoseChoice, ReadModels, arranged_aloud};
 use super::error::StrategyError;
 use super::plan::{CAREFUL_DEG, Finish, PlanOptions};
 use super::uncut::Uncut;
@@ -186,7 +186,8 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, S
         return Err(BadSetting::TurnedBoxes.into());
     }
     let how = Arrangement { standing: request.standing, snap_mm: 0.0, ..Arrangement::default() };
-    let set = arranged(&Models { first: &request.model, how: &how, machine: &machine }, world)?;
+    let read = &ReadModels::read(&request.model, &how, world)?;
+    let set = arranged_aloud(&Models { read, how: &how, machine: &machine }, world)?;
     let stood = set.arranged.map(|arranged| arranged.changes.join("; "));
     Ok(SplitResult { stood, ..cut_up(set.model, &machine, options, world)? })
 }

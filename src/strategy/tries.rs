@@ -2,7 +2,7 @@
 //! The model itself is never changed: what is turned or cut is a model of its own, for whoever asked to write beside the output.
 
 use super::allowed::WaysOut;
-use super::arrange::{Arrangement, Models, SetUp, arranged};
+use super::arrange::{Arrangement, Models, ReadModels, SetUp, arranged, arranged_aloud};
 use super::costs::{self, as_planned};
 use super::cutting::{CutModel, Cutting, in_pieces};
 use super::error::StrategyError;
@@ -31,9 +31,10 @@ use crate::world::{Silent, World};
 /// planned at all; [`StrategyError::Setting`]; what reading model and machine may say.
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, StrategyError> {
     let machine = load_profile(&request.machine, world)?;
-    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
+    let how = &request.arrangement;
+    let models = Models { read: &ReadModels::read(&request.model, how, world)?, how, machine: &machine };
     let ways = WaysOut { supporting: request.supporting, ..WaysOut::NONE };
-    let set = arranged(&models, world)?;
+    let set = arranged_aloud(&models, world)?;
     Ok(planned_somehow(&models, set, &request.options, &ways, world)?.plan)
 }
 
@@ -89,7 +90,7 @@ pub(crate) fn planned_somehow(
     world: &World<'_>,
 ) -> Result<PlannedSomehow, StrategyError> {
     let mut sets = vec![set];
-    sets.extend(models.wider(&sets[0], world));
+    sets.extend(models.wider(&sets[0]));
     let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };
     let mut tries = Tries {
         clusters,
@@ -317,7 +318,7 @@ impl Tries<'_> {
         }
         let silent = World { progress: &Silent, ..*self.world };
         let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
-        let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
+        let Ok(set) = arranged(&Models { how: &how, ..*self.models }) else { return };
         let upright = Along::These(&[Vec3::z()]);
         if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {
             self.find(Way::AsDrawn, plan.of_arranged(set.arranged), None, None);
@@ -343,15 +344,14 @@ impl Tries<'_> {
         let silent = World { progress: &Silent, ..*self.world };
         let (solid, machine) = (&self.sets[0].model.model.parts[0].mesh, self.models.machine);
         let fits = |pose: &Priced| {
-            turned(self.models, pose.up.into(), &silent)
-                .is_ok_and(|set| centred(&set.model.model, &machine.profile).is_ok())
+            turned(self.models, pose.up.into()).is_ok_and(|set| centred(&set.model.model, &machine.profile).is_ok())
         };
         let poses = if self.misplaced { Poses::that_fit(solid, machine, fits) } else { Poses::of(solid, machine) };
         let upright = Along::These(&[Vec3::z()]);
         if self.allowed(Way::Turned) {
             let plan = |pose: &Priced| {
                 let up = <[f64; 3]>::from(pose.up);
-                let set = turned(self.models, up, &silent).ok()?;
+                let set = turned(self.models, up).ok()?;
                 let plan = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent).ok()?;
                 Some((up, plan.of_arranged(set.arranged)))
             };
@@ -372,7 +372,7 @@ impl Tries<'_> {
     /// as it was drawn, in the first that can be printed so.
     fn turned_on_supports(&mut self, poses: &Poses, why: &Refused, silent: &World<'_>) {
         let held = |pose: &Priced| {
-            let set = turned(self.models, pose.up.into(), silent)?;
+            let set = turned(self.models, pose.up.into())?;
             let (plan, held) =
                 on_supports(&set.model, self.models.machine, self.options, &self.ways.holdings, why, silent)?;
             // Nobody asked for a pose in which it does not stand by itself: supports have to hold it there.
@@ -560,7 +560,7 @@ impl Tries<'_> {
 fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Option<Remedy> {
     let world = &World { progress: &Silent, ..*world };
     let how = Arrangement { join: true, ..models.how.clone() };
-    let set = arranged(&Models { how: &how, ..*models }, world).ok()?;
+    let set = arranged(&Models { how: &how, ..*models }).ok()?;
     let options = PlanOptions { remedies: false, plans: 1, ..options.clone() };
     let whole = WaysOut { supporting: Supporting::Auto, ..WaysOut::NONE };
     let again = Models { how: &how, ..*models };

@@ -7,7 +7,6 @@ use crate::geom::Object;
 use crate::input::{LoadedProfile, process_of};
 use crate::mesh::TriangleMesh;
 use crate::orient::{Facets, Priced, recommend};
-use crate::world::{Silent, World};
 
 /// Poses nearer to the drawn one than this are that one, by the cosine: two degrees.
 const SAME_POSE: f64 = 0.999_39;
@@ -63,7 +62,7 @@ impl Poses {
 /// # Errors
 ///
 /// As [`arranged`].
-pub(super) fn turned(models: &Models<'_>, up: [f64; 3], world: &World<'_>) -> Result<SetUp, StrategyError> {
+pub(super) fn turned(models: &Models<'_>, up: [f64; 3]) -> Result<SetUp, StrategyError> {
     let how = Arrangement { standing: PoseChoice::Up(up), ..models.how.clone() };
-    arranged(&Models { how: &how, ..*models }, &World { progress: &Silent, ..*world })
+    arranged(&Models { how: &how, ..*models })
 }

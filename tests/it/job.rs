@@ -7,16 +7,18 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use trunnion::job::{
-    self, Bar, Clock, Files, LoadedModel, MachineSource, OwnWeb, PlanRequest, PlanResult, PlanSource, Ports,
-    PrepareRequest, PrintError, Prints, Progress, RewriteRequest, Silent, SliceRequest, SliceResult, Slicers, Source,
-    VerifyRequest, World,
+    self, Arrangement, Bar, Clock, Files, LoadedModel, MachineSource, OwnWeb, PlanRequest, PlanResult, PlanSource,
+    Ports, PoseChoice, PrepareRequest, PrintError, Prints, Progress, RewriteRequest, Silent, SliceRequest, SliceResult,
+    Slicers, Source, VerifyRequest, World,
 };
 use trunnion::link::serial::{Address, Port, PortError, Server};
+use trunnion::mesh::stl_binary;
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, Slicer, SlicerChoice};
-use trunnion::strategy::StrategyError;
+use trunnion::strategy::{StrategyError, Way};
 use trunnion::world::{FileError, NoSlicer};
 
+use crate::split::solids::{Shape, block};
 use crate::support::{coded, fails, root};
 
 /// Files that are on no disk.
@@ -34,6 +36,29 @@ impl Files for Shelf {
 
     fn exists(&self, path: &Path) -> bool {
         self.0.contains_key(path)
+    }
+}
+
+/// The same, each of which is there once: whoever looks again finds another file in its place.
+struct ReadOnce {
+    shelf: Shelf,
+    read: RefCell<Vec<PathBuf>>,
+}
+
+impl Files for ReadOnce {
+    fn size(&self, path: &Path) -> Result<u64, FileError> {
+        self.shelf.size(path)
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let bytes = self.shelf.read(path)?;
+        let again = self.read.borrow().contains(&path.to_owned());
+        self.read.borrow_mut().push(path.to_owned());
+        Ok(if again { b"no model".to_vec() } else { bytes })
+    }
+
+    fn exists(&self, path: &Path) -> bool {
+        self.shelf.exists(path)
     }
 }
 
@@ -198,6 +223,47 @@ fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     machine.limits.z_mm = [300.0, 0.0];
     let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();
     assert!(said.starts_with("profile generic-ac: limits.z_mm"), "{said}");
+}
+
+/// Whatever poses, distances and joints are tried, all of them are of the same bytes, and none is dropped because a file is not read again.
+#[test]
+fn a_model_is_read_once_however_many_poses_are_tried() {
+    let model = |name: &str, shape: &Shape| (PathBuf::from(name), stl_binary(&shape.mesh()));
+    let (bar, table) = (block(206.0, 40.0, 40.0), block(24.0, 24.0, 3.0).at(0.0, 0.0, 20.0));
+    let table = table.and(&block(5.0, 5.0, 21.0).at(19.0, 0.0, 0.0)).and(&block(5.0, 5.0, 21.0));
+    let files = [model("bar.stl", &bar), model("table.stl", &table), model("box.stl", &block(8.0, 8.0, 8.0))];
+    let once = |job: &dyn Fn(&World<'_>)| {
+        let files = ReadOnce { shelf: Shelf(files.clone().into()), read: RefCell::default() };
+        job(&World { files: &files, ..World::here(&Silent) });
+        let mut read = files.read.into_inner();
+        read.sort();
+        read
+    };
+    let prepared = |model: &str, how: Arrangement, way: Way| {
+        let mut request = PrepareRequest { arrangement: how, ..PrepareRequest::new(model, "generic-ac") };
+        request.slicing.slicer = SlicerChoice::BuiltIn;
+        once(&|world| {
+            let done = job::prepare(&request, world).unwrap();
+            assert_eq!(done.planned.ways.iter().find(|tried| tried.chosen).map(|tried| tried.way), Some(way));
+        })
+    };
+    let plain = Arrangement::default;
+    // Too long as it was drawn, and over its rim in more poses; on its end it stands.
+    assert_eq!(prepared("bar.stl", plain(), Way::Turned), [Path::new("bar.stl")]);
+    // What hangs as it was drawn is turned over, joined, or held; with others beside it they are moved apart.
+    assert_eq!(prepared("table.stl", plain(), Way::Turned), [Path::new("table.stl")]);
+    let beside = vec![("box.stl".into(), 2)];
+    let how = Arrangement { beside, standing: PoseChoice::Up([0.0, 0.0, -1.0]), ..plain() };
+    assert_eq!(prepared("table.stl", how, Way::AsDrawn), ["box.stl", "table.stl"].map(Path::new));
+    // In every way in which it can stand on a face.
+    let how = Arrangement { standing: PoseChoice::Any, ..plain() };
+    let request = PlanRequest { arrangement: how, ..PlanRequest::new("box.stl", "generic-ac") };
+    let listed = once(&|world| {
+        let mut stands = 0;
+        job::sequences(&request, 100, world, |up, _| stands += usize::from(up.is_some())).unwrap();
+        assert!(stands >= 3, "{stands}");
+    });
+    assert_eq!(listed, [Path::new("box.stl")]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::error::PrintError;
 use super::prepare::{PrepareRequest, PrepareResult, prepare};
 use crate::input::{ModelSource, load_profile};
-use crate::strategy::{Arrangement, Cutting, Models, PlanOptions, PlateModel, PlateQueue, StrategyError, WaysOut};
+use crate::strategy::{Arrangement, Cutting, PlanOptions, PlateModel, PlateQueue, StrategyError, WaysOut};
 use crate::world::{OutputFile, Outputs, World};
 
 /// The right to write plates into a folder: `plate-N.3mf`, its plan and its G-code; of one whose solids are cut or moved the model as it is printed, too.
@@ -114,8 +114,7 @@ pub fn prepare_plates(
     world: &World<'_>,
 ) -> Result<(), PrintError> {
     let machine = load_profile(&request.machine, world)?;
-    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
-    let mut queue = PlateQueue::of(&models, world)?;
+    let mut queue = PlateQueue::of(&request.model, &request.arrangement, machine, world)?;
     let mut number = 1;
     let mut to = files.plate(number)?;
     while let Some(plate) = queue.next_plate() {

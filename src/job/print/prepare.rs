@@ -12,9 +12,9 @@ use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
 use crate::strategy::{
     Arrangement, CutModel, Cutting, HeldModel, PlanOptions, PlanResult, Refused, Supporting, TriedWay, WaysOut,
 };
-use crate::strategy::{Models, PlannedSomehow, SetUp, Way, arranged, planned_somehow};
+use crate::strategy::{Models, PlannedSomehow, ReadModels, SetUp, Way, arranged, arranged_aloud, planned_somehow};
 use crate::toolpath::{Input, LabelledPrint, SlicedError};
-use crate::world::{Silent, World};
+use crate::world::World;
 
 /// A model and a machine, and how to bring them together.
 #[derive(Clone, Debug)]
@@ -91,8 +91,10 @@ pub struct Seconds {
 pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareResult, PrintError> {
     let mut seconds = Seconds::default();
     let machine = load_profile(&request.machine, world)?;
-    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
-    let set = timed(&mut seconds.read, world, || arranged(&models, world))?;
+    let how = &request.arrangement;
+    let read = &timed(&mut seconds.read, world, || ReadModels::read(&request.model, how, world))?;
+    let models = Models { read, how, machine: &machine };
+    let set = timed(&mut seconds.read, world, || arranged_aloud(&models, world))?;
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
     let job = Proving { slicer: slicer.as_ref(), request, world };
@@ -205,7 +207,7 @@ impl Proving<'_> {
             let lost = TriedWay { chosen: false, why_not: Some(why.clone()), ..lost };
             // What is laid badly on supports may be laid well on more of them.
             let anew = |ways: &WaysOut, seconds: &mut Seconds| {
-                let set = arranged(models, &World { progress: &Silent, ..*self.world }).ok()?;
+                let set = arranged(models).ok()?;
                 self.planned(models, set, ways, seconds).ok()
             };
             let mut next = None;

@@ -3,9 +3,9 @@
 use super::{Along, PlanAsked, PlanRequest, StrategyError};
 use crate::assembly::stands;
 use crate::geom::Vec3;
-use crate::input::{LoadedProfile, load_profile, read_quietly, spanning};
+use crate::input::{LoadedProfile, load_profile, spanning};
 use crate::planning::{self, Infeasible, TimeSlot, Workpiece};
-use crate::strategy::arrange::{Arrangement, Models, PoseChoice, SetUp, arranged};
+use crate::strategy::arrange::{Arrangement, Models, PoseChoice, ReadModels, SetUp, arranged_aloud};
 use crate::world::{Silent, World};
 
 /// How many sequences were listed.
@@ -36,16 +36,22 @@ pub fn sequences(
 ) -> Result<Listed, StrategyError> {
     let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
     let start = world.clock.now();
-    let mut listing = Listing { request, machine: &machine, most, seen: 0 };
-    let complete = match request.arrangement.standing {
-        PoseChoice::Any => listing.of_each_stand(world, &mut each)?,
-        _ => listing.of_one(&request.arrangement, world, |slots| each(None, slots))?,
+    let how = &request.arrangement;
+    let of_each = how.standing == PoseChoice::Any;
+    let world = if of_each { &World { progress: &Silent, ..*world } } else { world };
+    let read = &ReadModels::read(&request.model, how, world)?;
+    let mut listing = Listing { request, read, machine: &machine, most, seen: 0 };
+    let complete = if of_each {
+        listing.of_each_stand(world, &mut each)?
+    } else {
+        listing.of_one(how, world, |slots| each(None, slots))?
     };
     Ok(Listed { count: listing.seen.min(most), complete, seconds: (world.clock.now() - start).as_secs_f64() })
 }
 
 struct Listing<'a> {
     request: &'a PlanRequest,
+    read: &'a ReadModels,
     machine: &'a LoadedProfile,
     most: usize,
     /// Sequences until now, of all stands.
@@ -59,8 +65,7 @@ impl Listing<'_> {
         world: &World<'_>,
         each: &mut impl FnMut(Option<[f64; 3]>, Vec<TimeSlot>),
     ) -> Result<bool, StrategyError> {
-        let ups = stands(&read_quietly(&self.request.model, world)?.model);
-        let silent = World { progress: &Silent, ..*world };
+        let ups = stands(&self.read.first().model);
         let (mut complete, mut no) = (true, None);
         let as_drawn = ups.is_empty().then_some(Vec3::z());
         for up in ups.into_iter().chain(as_drawn) {
@@ -69,7 +74,7 @@ impl Listing<'_> {
             }
             let up = [up.x, up.y, up.z];
             let how = Arrangement { standing: PoseChoice::Up(up), ..self.request.arrangement.clone() };
-            match self.of_one(&how, &silent, |slots| each(Some(up), slots)) {
+            match self.of_one(&how, world, |slots| each(Some(up), slots)) {
                 Ok(all) => complete &= all,
                 Err(why @ StrategyError::Infeasible(Infeasible::TooManyParts { .. })) => {
                     return Err(why);
@@ -93,8 +98,8 @@ impl Listing<'_> {
         world: &World<'_>,
         mut each: impl FnMut(Vec<TimeSlot>),
     ) -> Result<bool, StrategyError> {
-        let Self { request, machine, most, .. } = *self;
-        let SetUp { model, .. } = arranged(&Models { first: &request.model, how, machine }, world)?;
+        let Self { request, read, machine, most, .. } = *self;
+        let SetUp { model, .. } = arranged_aloud(&Models { read, how, machine }, world)?;
         let asked = PlanAsked::of(&request.options, machine, &model)?;
         let options = asked.options(&request.options);
         let workpiece = Workpiece::place(&model.model, &asked.base);
