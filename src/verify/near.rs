@@ -67,7 +67,23 @@ impl Pile {
 struct Group {
     print: Option<u32>,
     all: Pile,
-    by_height: Vec<(i32, Pile)>,
+    by_height: Vec<(Storey, Pile)>,
+}
+
+/// Where a bead begins, and how far it rises: a steep one among level ones would make a pile of theirs as high as itself.
+#[derive(Clone, Copy, PartialEq)]
+struct Storey {
+    /// In piles, downward.
+    bottom: i32,
+    /// In piles, as a power of two, upward.
+    rise: i32,
+}
+
+impl Storey {
+    fn of(axis: &Bounds) -> Self {
+        let rise = ((axis.max.z - axis.min.z) / PILE_MM).max(1.0).log2().ceil();
+        Self { bottom: (axis.min.z / PILE_MM).floor() as i32, rise: rise as i32 }
+    }
 }
 
 /// Beads by place, machine coordinates, in the order in which they were laid.
@@ -92,7 +108,7 @@ impl Cells {
         let reach = bead.radius;
         let line = Line { ends, reach: reach as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
         let axis = Bounds::of(bead.ends);
-        let height = (axis.min.z / PILE_MM).floor() as i32;
+        let storey = Storey::of(&axis);
         for cell in self.cells(&axis.inflated(bead.radius)) {
             let groups = &mut self.by_cell[cell];
             let place = groups.iter().position(|group| group.print == bead.print).unwrap_or_else(|| {
@@ -101,8 +117,8 @@ impl Cells {
             });
             let group = &mut groups[place];
             group.all.hold(&axis, reach);
-            let place = group.by_height.iter().rposition(|(at, _)| *at == height).unwrap_or_else(|| {
-                group.by_height.push((height, Pile::EMPTY));
+            let place = group.by_height.iter().rposition(|(at, _)| *at == storey).unwrap_or_else(|| {
+                group.by_height.push((storey, Pile::EMPTY));
                 group.by_height.len() - 1
             });
             let pile = &mut group.by_height[place].1;
