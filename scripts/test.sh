@@ -46,6 +46,20 @@ else
     skip "rustfmt is not installed"
 fi
 
+# No command builds the fuzzer, so nothing else says that the library has other dependencies now.
+fuzzer_lock() {
+    local said
+    if said=$(cargo metadata --locked --manifest-path fuzz/Cargo.toml --format-version 1 2>&1 >/dev/null); then
+        return
+    fi
+    printf '%s\n' "$said"
+    if [[ $said == *"because --locked was passed"* ]]; then
+        return 1
+    fi
+    echo "SKIPPED: fuzz/Cargo.lock was not checked: the packages of the fuzzer are not there"
+}
+step "lock file of the fuzzer" fuzzer_lock
+
 # Lints and documentation are of the plain build, the tests of the one with all features: both are compiled.
 lints_and_documentation() {
     local code=0
