@@ -112,6 +112,7 @@ pub(crate) fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
     let placed = origin_mm.is_some() || turn_deg.is_some();
     let allow: Vec<(usize, Option<f64>)> =
         given.of("allow", "a list of pairs of part and mm2", |all| all.extract().ok())?.unwrap_or_default();
+    let order = given.text("order")?.map(|text| job::ordered(&text)).transpose();
     Ok(PlanOptions {
         objective: given.text("objective")?.unwrap_or(usual.objective),
         orient_by: given.text("orient_by")?,
@@ -126,6 +127,7 @@ pub(crate) fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
         priority: [Priority::Together, Priority::Single, Priority::OnlySingle]
             [given.word("slots", &["together", "single", "only-single"])?],
         table_first: !given.flag("table_later")?,
+        order: order.map_err(|error| Trouble::from(job::Error::from(error)).raised(given.py()))?.unwrap_or_default(),
         seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
         place: placed.then(|| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
         explain: true,

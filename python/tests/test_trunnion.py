@@ -72,6 +72,7 @@ class Documents(Folder):
             ("candelabrum", {"slots": "single", "margin_mm": 1, "seed": 3}, ["--slots", "single", "--margin", "1", "--seed", "3"]),
             ("y-tree", {"objective": "time", "top": 2, "origin_mm": (5, -3), "turn_deg": 30, "table_later": True},
              ["--objective", "time", "--top", "2", "--origin", "5,-3", "--turn", "30", "--table-later"]),
+            ("y-tree", {"order": "0,2,1"}, ["--order", "0,2,1"]),
             ("two-boxes", {"beside": [(fixture("cube"), 2)], "gap_mm": 30}, ["--gap", "30", "--", fixture("cube") + "*2"]),
             ("y-tree", {"allow": {1: 40, 2: None}, "bridge_mm": 4, "tolerate_mm2": 2, "orient_by": "height", "orient_budget": 300},
              ["--allow", "1:40", "--allow", "2", "--bridge", "4", "--tolerate", "2", "--orient-by", "height", "--orient-budget", "300"]),

@@ -220,6 +220,7 @@ class Planned:
     sequence_size: int
     pose_changes: int
     seconds_print_estimate: float
+    part_seconds: list[float]
     droops: list[dict[str, Any]]
     standing: dict[str, Any] | None
 

@@ -697,6 +697,7 @@ def options_of_plans(
     margin_mm: Optional[float] = None,
     slots: Literal["together", "single", "only-single"] = "together",
     table_later: bool = False,
+    order: Optional[str] = None,
     seed: Optional[int] = None,
     origin_mm: Optional[Vector] = None,
     turn_deg: Optional[float] = None,
@@ -728,6 +729,7 @@ def options_of_plans(
         margin_mm: room the head keeps from parts it does not print on, 0 to 100.
         slots: parts per time slot: as many as possible, preferably one, or exactly one.
         table_later: let parts that stand on the table wait for later slots.
+        order: steps of parts, such as ``0,2+3,1``: each is printed in later slots than the one before.
         seed: of the search for orientations.
         origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
         turn_deg: turn of the model about the table's normal, about its own middle unless `origin_mm` says where it lies.
@@ -755,7 +757,7 @@ def options_of_plans(
         raise InputError(f"beside and allow: {error}; give beside=[(model, 2)], allow={{0: 40.0}}") from None
     return _given(
         objective=objective, orient_by=orient_by, method=method, orient_budget=orient_budget, overhang_deg=overhang_deg,
-        finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, seed=seed,
+        finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, order=order, seed=seed,
         origin_mm=origin_mm, turn_deg=turn_deg, no_remedies=not remedies, budget=budget, roof_mm=roof_mm,
         roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, up=up, base=base, beside=more, copies=copies,
         gap_mm=gap_mm, snap_mm=snap_mm, join=join,

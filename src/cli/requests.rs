@@ -101,6 +101,7 @@ impl PlanArgs {
                 _ => Priority::Together,
             },
             table_first: !self.table_later,
+            order: self.order.as_deref().map_or(Ok(Vec::new()), job::ordered)?,
             seed: self.seed,
             place: self.place()?,
             explain: true,

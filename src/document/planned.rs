@@ -14,6 +14,7 @@ pub fn planned(made: &PlanResult) -> Value {
     more["objective"] = made.objective.as_str().into();
     more["lower_bound"] = best.lower_bound.into();
     more["gap"] = (best.value - best.lower_bound).into();
+    more["part_seconds"] = json!(best.part_seconds);
     more["within_slots"] = json!(best.within_slots);
     more["evaluations"] = best.steps.into();
     more["seconds"] = made.seconds.into();

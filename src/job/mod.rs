@@ -71,7 +71,7 @@ pub use crate::strategy::{
     self, ArrangedModel, Arrangement, CutModel, CutSolid, Cutting, Finish, HeldModel, HeldPart, Hindrance, Holdings,
     Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PlateModel, PoseChoice, Refused,
     SplitOptions, SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed,
-    plan, sequences, split,
+    ordered, plan, sequences, split,
 };
 pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;

@@ -400,3 +400,11 @@ fn beyond(axis: &AxisRange, word: f64) -> String {
     let [low, high] = axis.range.map_or([f64::NEG_INFINITY, f64::INFINITY], ends);
     format!("{}{word:.1} is beyond the axis range {low}..{high} deg", char::from(axis.letter))
 }
+
+/// Every way of a part waits for those that are demanded to come before.
+pub(super) fn in_order(candidates: &mut [Vec<Candidate>], options: &Options<'_>) {
+    for (part, ways) in candidates.iter_mut().enumerate() {
+        let before = options.before(part);
+        ways.iter_mut().for_each(|way| way.needs = way.needs.clone().behind(before.clone()));
+    }
+}

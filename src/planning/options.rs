@@ -26,6 +26,8 @@ pub struct Options<'a> {
     pub priority: Priority,
     /// Whether everything on the table belongs to the first slot.
     pub table_first: bool,
+    /// Demanded steps: the parts of each come in later slots than those of the steps before.
+    pub order: Vec<Vec<usize>>,
     /// Whether all that stands on the table is printed upright and grows together, layer by layer, so that one part may droop onto another.
     pub together: bool,
     /// The search for orientations.
@@ -62,6 +64,7 @@ impl<'a> Options<'a> {
             margin_mm: 0.5,
             priority: Priority::Together,
             table_first: true,
+            order: Vec::new(),
             together: false,
             search,
             budget: 20_000_000,
@@ -78,6 +81,17 @@ impl<'a> Options<'a> {
 }
 
 impl Options<'_> {
+    /// The parts that are demanded to be printed before `part`.
+    pub(super) fn before(&self, part: usize) -> Vec<usize> {
+        let step = self.order.iter().position(|step| step.contains(&part)).unwrap_or(0);
+        self.order[..step].concat()
+    }
+
+    /// Whether all that stands on the table belongs to the first slot: not where an order may part it.
+    pub(super) fn table_first(&self) -> bool {
+        self.table_first && self.order.is_empty()
+    }
+
     /// What layers let pass on the machine of `profile`.
     pub fn layers(&self, profile: &Profile) -> OverhangRule {
         let process = &profile.process;

@@ -1,7 +1,7 @@
 //! Model and profile to a plan, or to the reasons why there is none.
 
 use super::best::{SearchLimits, Tariff, best};
-use super::candidates::{Candidate, Setups, Sifted, all_directions, fan};
+use super::candidates::{Candidate, Setups, Sifted, all_directions, fan, in_order};
 use super::infeasible::{Infeasible, MOST_PARTS, Near, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
@@ -33,6 +33,8 @@ pub struct Planned {
     pub pose_changes: usize,
     /// Estimated seconds of printing and turning, before anything is sliced; a sliced file's own time is verification's.
     pub seconds: f64,
+    /// Of these, the printing of each part, by its number.
+    pub part_seconds: Vec<f64>,
     /// Staircase error (Ramos et al. (2021), section 4), summed over the parts, mm⁴.
     pub staircase: f64,
     /// Slots with several poses: what printing them pose by pose costs, and what layer by layer would.
@@ -232,7 +234,8 @@ fn on_task<T>(
     }
     let site = Site::of(&setups, options.margin_mm);
     let tried = choices.iter().map(|c| c.tried).sum();
-    let candidates: Vec<Vec<Candidate>> = choices.into_iter().map(|c| c.candidates).collect();
+    let mut candidates: Vec<Vec<Candidate>> = choices.into_iter().map(|c| c.candidates).collect();
+    in_order(&mut candidates, options);
     let blocked = site.blocked(&candidates);
     let task = Task { setups: &setups, site: &site, candidates: &candidates, blocked: &blocked, options, tried };
     work(&task)
@@ -259,7 +262,7 @@ impl Task<'_> {
             blocked: self.blocked,
             touching: &self.site.touching,
             on_table,
-            table_first: self.options.table_first,
+            table_first: self.options.table_first(),
             priority,
         }
     }
@@ -363,6 +366,10 @@ impl Task<'_> {
     fn planned(&self, sequence: &Sequence, value: f64, lower_bound: f64, steps: u64) -> Planned {
         let Setups { workpiece, profile, .. } = self.setups;
         let worth = Pricing { workpiece, profile, also: self.options.objective };
+        let mut part_seconds = vec![0.0; self.candidates.len()];
+        for &(part, k) in sequence.iter().flatten() {
+            part_seconds[part] = worth.print_seconds(part, self.candidates[part][k].up);
+        }
         let within_slots = worth.within_slots(sequence, self.candidates);
         let worth = worth.worth(self.setups, sequence, self.candidates);
         Planned {
@@ -372,6 +379,7 @@ impl Task<'_> {
             sequence_size: worth.sequence_size,
             pose_changes: worth.pose_changes,
             seconds: worth.seconds,
+            part_seconds,
             staircase: worth.staircase,
             within_slots,
             clearance_mm: self.site.clearance(self.candidates, sequence),

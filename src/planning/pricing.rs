@@ -166,7 +166,7 @@ impl Pricing<'_> {
     }
 
     /// [`print_seconds`] of a part, and what `[joint]` slows its first layers by where it begins on another.
-    fn print_seconds(&self, part: usize, up: Dir<Table>) -> f64 {
+    pub(super) fn print_seconds(&self, part: usize, up: Dir<Table>) -> f64 {
         let begins = if self.workpiece.model.is_in_place(part) { Begins::OnTable } else { Begins::OnAnother };
         print_seconds(&self.workpiece.parts[part], up, self.profile, begins)
     }

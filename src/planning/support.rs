@@ -35,6 +35,8 @@ pub(super) struct Needs {
     pub(super) facets_mm2: f64,
     /// Whether `left` is all there is.
     pub(super) closely: bool,
+    /// Parts of earlier slots, as somebody demands.
+    after: Vec<usize>,
 }
 
 /// Overhang that is let pass: f32 files do not close to the last square millimetre.
@@ -59,8 +61,8 @@ impl Needs {
 
     /// A part that stands anywhere.
     pub(super) fn none() -> Self {
-        let (carried, beginnings, left) = (Vec::new(), Vec::new(), Vec::new());
-        Self { overhang_mm2: 0.0, carried, beginnings, allowed_mm2: 0.0, left, facets_mm2: 0.0, closely: true }
+        let (carried, beginnings, left, after) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { overhang_mm2: 0.0, carried, beginnings, allowed_mm2: 0.0, left, facets_mm2: 0.0, closely: true, after }
     }
 
     /// The parts it may have to wait for, ascending.
@@ -84,9 +86,14 @@ impl Needs {
         self.beginnings.iter().all(|below| below.meets(printed))
     }
 
-    /// Both at once.
+    /// The same, behind `parts` too.
+    pub(super) fn behind(self, parts: Vec<usize>) -> Self {
+        Self { after: parts, ..self }
+    }
+
+    /// Both at once, and everything is there that is demanded to come before.
     pub(super) fn met_by(&self, printed: &PartSet) -> bool {
-        self.begins_on(printed) && self.missing(printed) == 0.0
+        self.after.iter().all(|&part| printed.has(part)) && self.begins_on(printed) && self.missing(printed) == 0.0
     }
 
     /// How much is missing while `everyone` stands, for an order: what was looked at closely comes first.

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::candidates::{Barrier, Candidate, PrintWay, Setups, Told};
+use super::candidates::{Barrier, Candidate, PrintWay, Setups, Told, in_order};
 use super::infeasible::{Infeasible, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
@@ -83,6 +83,7 @@ pub(super) fn explain(
         };
         candidates.push(of_part.iter().map(one).collect());
     }
+    in_order(&mut candidates, options);
     let site = Site::of(&setups, options.margin_mm);
     let blocked = site.blocked(&candidates);
     let parts = ways.len();
@@ -118,9 +119,37 @@ impl Case<'_> {
             self.lift(&[constraint], &mut kept, &mut decided);
         }
         let least = decided;
-        let reasons = self.reasons(&kept);
+        let mut reasons = self.reasons(&kept);
+        if kept.is_empty() {
+            reasons.extend(self.stranded(workpiece));
+        }
         let upright = |part: usize| matches!(&self.ways[part][..], [way] if (way.up.unit() - Vec3::z()).norm() < 1e-9);
-        Infeasible::NoPlan { summary: summary(workpiece, &kept, &reasons, upright), reasons, least }
+        let mut summary = summary(workpiece, &kept, &reasons, upright);
+        if let (true, Some(reason)) = (kept.is_empty(), reasons.first()) {
+            let _ = write!(summary, ": part {}: {}", reason.part, reason.text);
+        }
+        Infeasible::NoPlan { summary, reasons, least }
+    }
+
+    /// The first part that the demanded order leaves with nothing to begin on: neither the table nor a part that it touches.
+    fn stranded(&self, workpiece: &Workpiece<'_>) -> Option<Reason> {
+        let parts = self.ways.len();
+        let mut reached = PartSet::new(parts);
+        let begins = |part: usize, reached: &PartSet| {
+            let before = self.options.before(part);
+            let stands = self.on_table.has(part) || self.site.touching[part].meets(reached);
+            stands && before.into_iter().all(|one| reached.has(one))
+        };
+        while let Some(next) = (0..parts).find(|&part| !reached.has(part) && begins(part, &reached)) {
+            reached.insert(next);
+        }
+        let part = self.options.order.iter().flatten().copied().find(|&part| !reached.has(part))?;
+        let way = self.ways[part].first()?;
+        let touched: Vec<String> =
+            self.site.touching[part].iter().map(|one| part_named(one, &workpiece.model.parts[one].name)).collect();
+        let text = format!("nothing that it stands on is printed before it; print {} first", touched.join(" or "));
+        let (up, blocked_by) = ((*way.up.unit()).into(), "support".to_owned());
+        Some(Reason { part, up, blocked_by, depth_mm: 0.0, text, hangs: None, pose: way.pose, tip: None })
     }
 
     fn constraints(&self) -> BTreeSet<Constraint> {
@@ -185,7 +214,9 @@ impl Case<'_> {
             }
             let candidate = |&k: &usize| {
                 let known = &self.candidates[part][k];
-                let needs = if supported { Needs::none() } else { known.needs.clone() };
+                // What is demanded is not lifted: what stands against it is looked for.
+                let needs =
+                    if supported { Needs::none().behind(self.options.before(part)) } else { known.needs.clone() };
                 Candidate { needs, ..known.clone() }
             };
             candidates.push(ways.iter().map(candidate).collect());
@@ -200,7 +231,7 @@ impl Case<'_> {
             blocked: &blocked,
             touching: &self.site.touching,
             on_table: &self.on_table,
-            table_first: self.options.table_first,
+            table_first: self.options.table_first(),
             priority: match self.options.priority {
                 Priority::OnlySingle => Priority::OnlySingle,
                 _ => Priority::Together,

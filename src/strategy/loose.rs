@@ -143,6 +143,7 @@ pub(super) fn each_by_itself(
             explain: false,
             plans: 1,
             allow: Vec::new(),
+            order: Vec::new(),
             place: None,
             ..options.clone()
         };

@@ -62,7 +62,8 @@ pub use error::StrategyError;
 pub use form::SupportForm;
 pub use no_plan::{Hindrance, NoPlan};
 pub use plan::{
-    Finish, Listed, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, ThreeAxes, allowed, sequences,
+    Finish, Listed, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, ThreeAxes, allowed, ordered,
+    sequences,
 };
 pub use plates::{PlateModel, PlateQueue};
 pub use price::{Terms, WISH, Way, Weights};

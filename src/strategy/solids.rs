@@ -65,6 +65,8 @@ impl Alone {
                     place: None,
                     plans: 1,
                     allow,
+                    // Of all parts together.
+                    order: Vec::new(),
                     ..options.clone()
                 },
                 group,

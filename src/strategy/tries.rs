@@ -89,6 +89,12 @@ pub(crate) fn planned_somehow(
     ways: &WaysOut,
     world: &World<'_>,
 ) -> Result<PlannedSomehow, StrategyError> {
+    // One solid has parts whose order can be demanded only where it is cut.
+    let cut = set.model.model.parts.len() == 1 && !options.order.is_empty() && ways.only.is_none();
+    let only = Some(Way::Cut).filter(|_| cut && ways.allow(Way::Cut));
+    // And on supports all of them are one print.
+    let supporting = if options.order.is_empty() { ways.supporting } else { Supporting::Never };
+    let ways = &WaysOut { only: ways.only.or(only), supporting, ..ways.clone() };
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0]));
     let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };

@@ -47,6 +47,7 @@ mod mutants;
 mod mutated_slices;
 mod odd_lines;
 mod oracle;
+mod ordered;
 mod orient;
 mod orient_made;
 mod orient_numpy;

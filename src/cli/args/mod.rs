@@ -234,6 +234,12 @@ pub(in crate::cli) struct PlanArgs {
     /// Allow parts on the table to wait for later slots
     #[arg(help_heading = PLANNING, long, hide_short_help = true)]
     pub(in crate::cli) table_later: bool,
+    /// Print parts in this order, each in a later slot than those before: part numbers such as 2,0,1
+    ///
+    /// A plus joins parts whose order does not matter, such as 0,2+3,1; parts that are not named are printed when it suits. Of a solid that is cut these
+    /// are the numbers of its parts. What cannot be printed in this order is refused, with the reasons.
+    #[arg(help_heading = PLANNING, long, value_name = "PARTS", hide_short_help = true)]
+    pub(in crate::cli) order: Option<String>,
     /// Seed of the orientation search
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().seed, hide_short_help = true)]
     pub(in crate::cli) seed: u64,

@@ -105,6 +105,12 @@ impl Prepare {
     pub(in crate::cli) fn only(&self) -> Result<Option<Way>, Failure> {
         let only = self.way.parse::<Way>().ok();
         let held = matches!(only, Some(Way::Supports | Way::TurnedSupports));
+        if held && self.plan.order.is_some() {
+            return Err(Failure::Usage(format!(
+                "--way {} contradicts --order: on supports there is one print; remove one of them",
+                self.way
+            )));
+        }
         let flags = [("split", &self.split, only == Some(Way::Cut)), ("supports", &self.supports, held)];
         match flags.into_iter().find(|(_, word, wanted)| *wanted && *word == "never") {
             Some((flag, ..)) => {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::planning::sequence::tests::{Made, by_definition, made, problem};
+use crate::planning::sequence::tests::{Made, by_definition, in_order, is_in_order, made, problem};
 
 /// Prices drawn from a seed; whole, so that sums can be compared exactly.
 fn ranks(made: &Made, seed: u64) -> Vec<Rank> {
@@ -75,6 +75,34 @@ fn the_best_plan_is_the_best_of_all_sequences() {
         }
     }
     assert!(feasible > 200 && infeasible > 200, "{feasible} feasible, {infeasible} not: the test has grown blunt");
+}
+
+#[test]
+fn the_best_plan_in_a_demanded_order_is_the_best_of_all_that_have_it() {
+    let (mut feasible, mut dearer) = (0, 0);
+    for seed in 0..600 {
+        let free = made(seed, 3 + (seed % 3) as usize);
+        let (ordered, steps) = in_order(&free, seed);
+        let ranks = ranks(&free, seed);
+        let tariff = Tariff::of(&ranks);
+        for priority in [Priority::Together, Priority::OnlySingle] {
+            let mut all = BTreeSet::new();
+            by_definition(&problem(&free, false, priority), &Vec::new(), &[], &mut all);
+            let cheapest =
+                |of: &mut dyn Iterator<Item = &Sequence>| of.map(|s| cost(s, &free, &ranks)).min_by(|a, b| less(a, b));
+            let wanted = cheapest(&mut all.iter().filter(|one| is_in_order(one, &steps)));
+            let got = best(&problem(&ordered, false, priority), &tariff, &ROOM);
+            assert!(got.proved);
+            let found = got.plans.first().map(|(_, sequence)| {
+                assert!(is_in_order(sequence, &steps), "seed {seed}: {sequence:?}");
+                cost(sequence, &free, &ranks)
+            });
+            assert_eq!(found, wanted, "seed {seed} {priority:?} {steps:?}");
+            feasible += usize::from(wanted.is_some());
+            dearer += usize::from(wanted.is_some() && wanted != cheapest(&mut all.iter()));
+        }
+    }
+    assert!(feasible > 200 && dearer > 50, "{feasible} feasible, {dearer} dearer: the test has grown blunt");
 }
 
 #[test]

@@ -134,6 +134,50 @@ fn pruning_and_jumping_lose_no_sequence_and_invent_none() {
     assert!(feasible > 200 && infeasible > 200, "{feasible} feasible, {infeasible} not: the test has grown blunt");
 }
 
+/// The same, behind what a made-up order of two steps demands; and the steps.
+pub(in crate::planning) fn in_order(made: &Made, seed: u64) -> (Made, Vec<Vec<usize>>) {
+    let parts = made.candidates.len();
+    let first = seed as usize / 7 % parts;
+    let rest = (1..parts).map(|k| (first + k) % parts).take(1 + seed as usize % 2).collect();
+    let steps: Vec<Vec<usize>> = vec![vec![first], rest];
+    let behind = |(part, ways): (usize, &Vec<Candidate>)| {
+        let before = if steps[1].contains(&part) { steps[0].clone() } else { Vec::new() };
+        ways.iter().map(|way| Candidate { needs: way.needs.clone().behind(before.clone()), ..way.clone() }).collect()
+    };
+    let Made { blocked, touching, on_table, .. } = made;
+    let candidates = made.candidates.iter().enumerate().map(behind).collect();
+    (Made { candidates, blocked: blocked.clone(), touching: touching.clone(), on_table: on_table.clone() }, steps)
+}
+
+/// Whether each step is in later slots than the one before.
+pub(in crate::planning) fn is_in_order(sequence: &Sequence, steps: &[Vec<usize>]) -> bool {
+    let slot = |part: &usize| sequence.iter().position(|slot| slot.iter().any(|(p, _)| p == part));
+    steps.windows(2).all(|two| two[0].iter().map(slot).max() < two[1].iter().map(slot).min())
+}
+
+#[test]
+fn of_a_demanded_order_there_are_those_sequences_that_have_it() {
+    let (mut some, mut none, mut fewer) = (0, 0, 0);
+    for seed in 0..600 {
+        let free = made(seed, 3 + (seed % 3) as usize);
+        let (ordered, steps) = in_order(&free, seed);
+        for priority in [Priority::Together, Priority::OnlySingle] {
+            let mut every = BTreeSet::new();
+            by_definition(&problem(&free, false, priority), &Vec::new(), &[], &mut every);
+            let wanted: BTreeSet<Sequence> = every.iter().filter(|one| is_in_order(one, &steps)).cloned().collect();
+            let got: BTreeSet<Sequence> = all(&problem(&ordered, false, priority)).into_iter().collect();
+            assert_eq!(got, wanted, "seed {seed}, {priority:?}, {steps:?}");
+            if wanted.is_empty() {
+                none += 1
+            } else {
+                some += 1
+            }
+            fewer += usize::from(wanted.len() < every.len());
+        }
+    }
+    assert!(some > 200 && none > 200 && fewer > 200, "{some}, {none}, {fewer}: the test has grown blunt");
+}
+
 fn set(parts: usize, members: &[usize]) -> PartSet {
     let mut set = PartSet::new(parts);
     members.iter().for_each(|&q| set.insert(q));

@@ -28,7 +28,7 @@ use crate::world::World;
 pub use listing::{Listed, sequences};
 use options::PlanAsked;
 pub(super) use options::{Along, CAREFUL_DEG};
-pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed};
+pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed, ordered};
 
 /// A model and a machine, and how to plan.
 #[derive(Clone, Debug)]
@@ -165,8 +165,10 @@ pub(super) fn planned_along(
     let machine_values = machine.is_own().then(|| Box::new(machine.profile.clone()));
     let machine = spanning(machine, options.bridge_mm)?;
     let asked = PlanAsked::of(options, &machine, &model)?;
-    let together =
-        matches!(along, Along::These([_])) && options.table_first && options.priority != Priority::OnlySingle;
+    let together = matches!(along, Along::These([_]))
+        && options.table_first
+        && options.order.is_empty()
+        && options.priority != Priority::OnlySingle;
     let wanted = Options { together, ..asked.options(options) };
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);

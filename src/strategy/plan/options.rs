@@ -45,6 +45,9 @@ pub struct PlanOptions {
     pub priority: Priority,
     /// Whether everything on the table belongs to the first slot.
     pub table_first: bool,
+    /// Demanded steps: the parts of each are printed in later slots than those of the steps before. Parts that are in none go anywhere.
+    /// Where a solid is cut, these are the parts that it is cut into.
+    pub order: Vec<Vec<usize>>,
     /// Seed of the orientation search.
     pub seed: u64,
     /// Where the file's origin comes to lie on the table; `None`: the model centred, elsewhere if the axes do not reach.
@@ -141,6 +144,25 @@ pub fn allowed(text: &str) -> Result<(usize, Option<f64>), StrategyError> {
     }
 }
 
+/// Steps of parts, for example `0,2+3,1`: each step behind the one before; a plus joins parts whose order is left to the plan.
+///
+/// # Errors
+///
+/// [`StrategyError::Setting`] for what is no number, and for a part that is there twice.
+pub fn ordered(text: &str) -> Result<Vec<Vec<usize>>, StrategyError> {
+    let step = |step: &str| step.split('+').map(|part| part.trim().parse().ok()).collect::<Option<Vec<usize>>>();
+    let steps: Option<Vec<Vec<usize>>> = text.split(',').map(step).collect();
+    let once = |steps: &Vec<Vec<usize>>| {
+        let mut all = steps.concat();
+        all.sort_unstable();
+        all.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    steps.filter(once).ok_or_else(|| {
+        let wanted = "must be part numbers, each once, for example --order 0,2+3,1".to_owned();
+        BadSetting::Words { name: "order", text: text.to_owned(), wanted }.into()
+    })
+}
+
 impl PlanOptions {
     /// Whether nothing is said of what directions are to be searched for, or compared.
     pub(crate) fn leaves_directions(&self) -> bool {
@@ -164,6 +186,7 @@ impl Default for PlanOptions {
             margin_mm: 0.5,
             priority: Priority::Together,
             table_first: true,
+            order: Vec::new(),
             seed: 1,
             place: None,
             explain: true,
@@ -208,6 +231,9 @@ impl PlanAsked {
             }
             BadSetting::within("allow", area.unwrap_or(0.0), " mm2", [0.0, MOST_MM2])?;
         }
+        if let Some(&given) = options.order.iter().flatten().find(|&&part| part > last) {
+            return Err(BadSetting::NoSuchPart { name: "order", given, last, model: model.file.clone() }.into());
+        }
         BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
         options.form.check(PrintSupports::ROOFS_MM[1], STEPS_MM[STEPS_MM.len() - 1])?;
         if options.orient_budget == Some(0) {
@@ -232,6 +258,7 @@ impl PlanAsked {
             margin_mm: options.margin_mm,
             priority: options.priority,
             table_first: options.table_first,
+            order: options.order.clone(),
             budget: options.budget,
             plans: options.plans,
             supported: options.allow.iter().filter(|(_, area)| area.is_none()).map(|(part, _)| *part).collect(),
