@@ -44,7 +44,17 @@ pub fn command() -> clap::Command {
 
 /// Runs the command and says how it went.
 pub fn run() -> ExitCode {
-    let args = match Args::try_parse() {
+    let words: Vec<_> = std::env::args_os().collect();
+    let json = words.iter().any(|word| word == "--json");
+    let words = match args::with_project(words).map_err(Failure::Workbench) {
+        Ok(words) => words,
+        Err(failure) => {
+            Console::new(json, false, false, None).failed(&failure);
+            progress::error(&failure);
+            return ExitCode::from(failure.exit_code());
+        }
+    };
+    let args = match Args::try_parse_from(words) {
         Ok(args) => args,
         Err(mut error) => {
             // Help and version are no mistake; a closed pipe while printing them is none either.

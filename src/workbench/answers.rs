@@ -1,20 +1,28 @@
 //! What each address answers: the state is changed here, and jobs are started.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
 use super::WorkbenchError;
+use super::choices::{Choices, ChosenModel, ENDINGS};
+use super::doors::{is_plain, is_project, shown};
+use super::folder::Saving;
 use super::http::{HttpAnswer, RequestHead};
-use super::project::{Stamp, Task};
+use super::project::{ProjectChange, Stamp, Task};
 use super::routes::{FILES, WebAsked, asked, kind_of};
 use super::shared::Shared;
+use super::state::Saved;
 use super::{folder, runs, scene};
 use crate::job::{Silent, World};
 
 /// The policy of a preview in its frame: its own program, and nothing else; the frame is a site of its own.
 const PREVIEW_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; frame-ancestors 'self'";
+
+/// Reasons against an order that the page lists.
+const MOST_REASONS: usize = 5;
 
 /// What is sent back.
 pub(super) enum WebReply {
@@ -60,21 +68,36 @@ pub(super) fn answer(
         WebAsked::Whole => look(shared),
         WebAsked::Machines => return Ok(document(&shared.state().machines())),
         WebAsked::DrawnMachine => {
-            let name = shared.state().project.machine.clone();
+            let name = shared.state().project.choices.machine.clone();
             let drawn = name.map_or(Value::Null, |name| scene::machine(&name, &World::here(&Silent)));
             return Ok(document(&drawn));
         }
         WebAsked::DrawnModel(index) => return model(index, shared),
+        WebAsked::Upload(name) if is_project(&name) => {
+            opened(&name, head.length, body, shared)?;
+            look(shared);
+        }
+        WebAsked::Order(order) => {
+            let refused = reorder(&order, revision, shared)?;
+            let mut state = shared.state().document();
+            // An answer like any other: the question was good.
+            state["refused"] = refused.unwrap_or(Value::Null);
+            return Ok(document(&state));
+        }
+        WebAsked::Save => save(revision, shared)?,
         WebAsked::Upload(name) => {
             let name = folder::take(&shared.folder, &name, head.length, body)?;
+            let mut kept = shared.kept();
             shared.with(|state| {
                 state.project.add(&name);
                 state.version += 1;
+                kept.retain(&state.project.history.models());
             });
+            drop(kept);
             look(shared);
         }
         WebAsked::ProjectChange(change) => {
-            shared.with(|state| state.seen(revision).and_then(|()| state.change(&change)))?;
+            make(&change, revision, shared)?;
             look(shared);
         }
         WebAsked::Run(task) => {
@@ -88,6 +111,92 @@ pub(super) fn answer(
     Ok(document(&shared.state().document()))
 }
 
+/// A project file that was dropped takes the place of what was chosen, which can be taken back.
+fn opened(name: &str, length: u64, body: &mut dyn Read, shared: &Shared) -> Result<(), WorkbenchError> {
+    if !is_plain(name) {
+        return Err(WorkbenchError::BadName { name: shown(name) });
+    }
+    let mut kept = shared.kept();
+    let target = folder::unpacked_upload(&shared.folder, name, length, body)?;
+    let now = shared.state().project.choices.clone();
+    let leaves = |model: &&ChosenModel| !target.models.iter().any(|one| one.path == model.path);
+    now.models.iter().filter(leaves).for_each(|model| kept.keep(model, &shared.folder));
+    shared.with(|state| {
+        state.opened(target, name, None);
+        kept.retain(&state.project.history.models());
+    });
+    Ok(())
+}
+
+/// Prints in another order, if the command has a plan for it; else what it says of it.
+fn reorder(order: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, WorkbenchError> {
+    let (words, way) = {
+        let state = shared.state();
+        state.seen(revision)?;
+        let timeline = state.project.timeline()?;
+        let way = timeline.way.clone();
+        state.project.target(&ProjectChange::Order(order.to_owned(), way.clone()), &state.names)?;
+        (timeline.words(&state.project.choices, order), way)
+    };
+    let (_, out, _) = runs::ask(&shared.folder, &words).map_err(|source| WorkbenchError::NotStarted { source })?;
+    let document: Value = serde_json::from_str(&out).map_err(|_| WorkbenchError::Crashed)?;
+    if !document["slots"].is_array() {
+        let said = document["summary"].as_str().or(document["error"].as_str());
+        let texts: Vec<&Value> =
+            document["reasons"].as_array().into_iter().flatten().map(|one| &one["text"]).take(MOST_REASONS).collect();
+        return Ok(Some(json!({"error": said, "code": document["code"], "reasons": texts})));
+    }
+    make(&ProjectChange::Order(order.to_owned(), way.clone()), revision, shared)?;
+    shared.with(|state| {
+        state.project.take_order(&way, &document);
+        state.version += 1;
+    });
+    Ok(None)
+}
+
+/// Saves the project as it is.
+fn save(revision: &str, shared: &Shared) -> Result<(), WorkbenchError> {
+    let _kept = shared.kept();
+    let (choices, plan, own, stem) = {
+        let state = shared.state();
+        state.seen(revision)?;
+        let (choices, Saved { own, stem, .. }) = (state.project.choices.clone(), &state.saved);
+        let plan = state.project.is_prepared().then(|| choices.output("plan.json")).flatten();
+        let first = choices.models.first().map_or("project", ChosenModel::name);
+        let first = first.rsplit_once('.').map_or(first, |(stem, _)| stem).to_owned();
+        (choices, plan, own.clone(), stem.clone().unwrap_or(first))
+    };
+    choices.prepare()?;
+    let machine =
+        choices.machine.as_deref().map(|name| scene::profile(name, &World::here(&Silent))).transpose()?.flatten();
+    let saving = Saving { machine, plan: plan.as_deref(), own: own.as_deref(), stem: &stem };
+    let name = folder::save(&shared.folder, &choices, &saving)?;
+    shared.with(|state| state.saved(&choices, name));
+    Ok(())
+}
+
+/// Changes the project. Models that leave it are kept, and those that come back are there before it names them.
+fn make(change: &ProjectChange, revision: &str, shared: &Shared) -> Result<(), WorkbenchError> {
+    let mut kept = shared.kept();
+    let (now, target) = {
+        let state = shared.state();
+        state.seen(revision)?;
+        (state.project.choices.clone(), state.project.target(change, &state.names)?)
+    };
+    let has = |choices: &Choices, id| choices.models.iter().any(|model| model.id == id);
+    now.models.iter().filter(|model| !has(&target, model.id)).for_each(|model| kept.keep(model, &shared.folder));
+    let mut moved = BTreeMap::new();
+    for model in target.models.iter().filter(|model| !has(&now, model.id)) {
+        moved.insert(model.id, kept.bring_back(model, &shared.folder)?);
+    }
+    shared.with(|state| {
+        state.project.change(change, target, &moved);
+        state.version += 1;
+        kept.retain(&state.project.history.models());
+    });
+    Ok(())
+}
+
 fn document(value: &Value) -> WebReply {
     WebReply::Whole(HttpAnswer::json(value))
 }
@@ -99,10 +208,8 @@ fn page(name: &str) -> HttpAnswer {
 
 /// A file that the project's jobs make: a preview in its own frame, everything else as a download.
 fn file(name: &str, shared: &Shared) -> Result<WebReply, WorkbenchError> {
-    let known = ["gcode", "plan.json", "html"]
-        .iter()
-        .filter_map(|end| shared.state().project.output(end))
-        .any(|one| one == name);
+    let known = ENDINGS.iter().filter_map(|end| shared.state().project.choices.output(end)).any(|one| one == name);
+    let known = known || shared.state().saved.own.as_deref() == Some(name);
     let (file, length) =
         if known { folder::result(&shared.folder, name)? } else { return Err(WorkbenchError::NotFound) };
     let (kind, header) = match name.ends_with(".html") {
@@ -114,9 +221,9 @@ fn file(name: &str, shared: &Shared) -> Result<WebReply, WorkbenchError> {
 
 fn model(index: usize, shared: &Shared) -> Result<WebReply, WorkbenchError> {
     let (path, unit, plate) = {
-        let state = shared.state();
-        let model = state.project.models.get(index).ok_or(WorkbenchError::NotFound)?;
-        (model.path.clone(), state.project.unit.clone(), state.project.plate_of(index).to_owned())
+        let choices = &shared.state().project.choices;
+        let model = choices.models.get(index).ok_or(WorkbenchError::NotFound)?;
+        (model.path.clone(), choices.unit.clone(), choices.plate_of(index).to_owned())
     };
     Ok(match scene::model(&path, &unit, &plate, &World::here(&Silent)) {
         Ok(bytes) => WebReply::Whole(HttpAnswer::of("application/octet-stream", bytes)),
@@ -127,28 +234,26 @@ fn model(index: usize, shared: &Shared) -> Result<WebReply, WorkbenchError> {
 /// Looks at the files again, and has models inspected that are new or have changed.
 pub(super) fn look(shared: &Arc<Shared>) {
     let (paths, machine) = {
-        let state = shared.state();
-        let paths: Vec<String> = state.project.models.iter().map(|model| model.path.clone()).collect();
-        (paths, state.project.machine.clone())
+        let choices = &shared.state().project.choices;
+        let paths: Vec<String> = choices.models.iter().map(|model| model.path.clone()).collect();
+        (paths, choices.machine.clone())
     };
     let stamps: Vec<Stamp> =
         paths.iter().chain(&machine).map(|path| folder::stamp(&shared.folder.join(path))).collect();
     shared.with(|state| {
-        let now: Vec<&String> = state.project.models.iter().map(|model| &model.path).collect();
-        if now.iter().copied().eq(&paths) && state.project.restamp(&stamps) {
+        let Choices { models, machine: now, .. } = &state.project.choices;
+        let same = models.iter().map(|model| &model.path).eq(&paths) && *now == machine;
+        if same && state.project.restamp(&stamps) {
             state.version += 1;
         }
     });
-    while let Some((path, words)) = shared.with(|state| {
-        let index = state.project.next_to_inspect()?;
-        Some((state.project.models[index].path.clone(), state.project.inspect(index)))
-    }) {
+    while let Some((id, words)) = shared.with(|state| state.project.next_to_inspect()) {
         let shared = shared.clone();
-        runs::aside(move || inspect(&path, &words, &shared));
+        runs::aside(move || inspect(id, &words, &shared));
     }
 }
 
-fn inspect(path: &str, words: &[String], shared: &Shared) {
+fn inspect(id: u64, words: &[String], shared: &Shared) {
     let (document, notes) = match runs::ask(&shared.folder, words) {
         Ok((_, out, notes)) => (serde_json::from_str(&out).ok(), notes),
         Err(source) => (Some(failed(&WorkbenchError::NotStarted { source })), Vec::new()),
@@ -156,9 +261,7 @@ fn inspect(path: &str, words: &[String], shared: &Shared) {
     let document = document.unwrap_or_else(|| failed(&WorkbenchError::Crashed));
     shared.with(|state| {
         state.version += 1;
-        // Of a model that was asked about again meanwhile, the later answer is kept.
-        let model = state.project.models.iter_mut().find(|model| model.path == path && model.asked);
-        model.into_iter().for_each(|model| (model.inspected, model.notes) = (Some(document.clone()), notes.clone()));
+        state.project.take_inspected(id, words, document, notes);
     });
 }
 

@@ -6,6 +6,9 @@ use super::http::RequestHead;
 const MOST_NAME: usize = 120;
 const MODELS: [&str; 4] = [".stl", ".obj", ".3mf", ".off"];
 
+/// The ending of project files.
+pub(super) const PROJECT: &str = ".trunnion";
+
 /// What opens this workbench.
 #[derive(Clone, Debug)]
 pub(super) struct Doors {
@@ -75,11 +78,41 @@ fn same(a: &str, b: &str) -> bool {
 ///
 /// [`WorkbenchError::BadName`].
 pub(super) fn model_name(name: &str) -> Result<&str, WorkbenchError> {
-    let plain = !name.starts_with(['-', '.', ' ']) && !name.ends_with([' ', '.']) && name.len() <= MOST_NAME;
-    let clean = !name.chars().any(|c| c.is_control() || "/\\:*?\"<>|".contains(c) || turns_text(c));
     let lower = name.to_ascii_lowercase();
     let model = MODELS.iter().any(|end| lower.len() > end.len() && lower.ends_with(end));
-    if plain && clean && model { Ok(name) } else { Err(WorkbenchError::BadName { name: shown(name) }) }
+    if is_plain(name) && model { Ok(name) } else { Err(WorkbenchError::BadName { name: shown(name) }) }
+}
+
+/// Whether `name` is that of a project file.
+pub(super) fn is_project(name: &str) -> bool {
+    name.len() > PROJECT.len() && name.to_ascii_lowercase().ends_with(PROJECT)
+}
+
+/// Whether `name` is a plain file name, as every system has them.
+pub(super) fn is_plain(name: &str) -> bool {
+    let plain = !name.starts_with(['-', '.', ' ']) && !name.ends_with([' ', '.']) && name.len() <= MOST_NAME;
+    plain && !name.is_empty() && name.chars().all(is_clean)
+}
+
+/// Whether a file's name may have this character.
+fn is_clean(c: char) -> bool {
+    !(c.is_control() || "/\\:*?\"<>|".contains(c) || turns_text(c))
+}
+
+/// Whether `path` leads to a file below a folder, by plain names alone.
+pub(super) fn is_below(path: &str) -> bool {
+    path.len() <= 4 * MOST_NAME && path.split('/').all(is_plain)
+}
+
+/// A plain name that is as much of this one as can be.
+pub(super) fn plain_of(name: &str) -> String {
+    let clean: String = name.chars().map(|c| if is_clean(c) { c } else { '_' }).collect();
+    let clean = clean.trim_start_matches(['-', '.', ' ']).trim_end_matches([' ', '.']);
+    let (stem, end) = clean.rsplit_once('.').unwrap_or((clean, ""));
+    let most = MOST_NAME - end.len().min(20) - 1;
+    let cut = (0..=stem.len().min(most)).rev().find(|&at| stem.is_char_boundary(at)).unwrap_or_default();
+    let name = format!("{}.{end}", &stem[..cut]);
+    if is_plain(&name) { name } else { "model.stl".to_owned() }
 }
 
 /// Invisible characters that change the order of text, which would disguise a name.
@@ -88,7 +121,7 @@ fn turns_text(c: char) -> bool {
 }
 
 /// As much of a name as a sentence has space for.
-fn shown(name: &str) -> String {
+pub(super) fn shown(name: &str) -> String {
     name.chars().take(60).collect()
 }
 
@@ -174,5 +207,42 @@ mod tests {
         ] {
             assert_eq!(model_name(name).unwrap_err().code(), "workbench/bad-name", "{name:?}");
         }
+    }
+
+    #[test]
+    fn paths_of_a_project_stay_below_its_folder() {
+        for path in ["a.stl", "parts/a.stl", "a b/c (2).3mf"] {
+            assert!(is_below(path), "{path}");
+        }
+        for path in [
+            "",
+            "/a.stl",
+            "../a.stl",
+            "a/../b.stl",
+            "a//b.stl",
+            "a/",
+            "a\\b.stl",
+            "C:/a.stl",
+            "./a.stl",
+            "-a/b.stl",
+            "a/.b.stl",
+            "a\0.stl",
+        ] {
+            assert!(!is_below(path), "{path:?}");
+        }
+        for (name, plain) in [
+            ("a*2.stl", "a_2.stl"),
+            ("-x.stl", "x.stl"),
+            ("<b>.off", "_b_.off"),
+            ("..", "model.stl"),
+            ("", "model.stl"),
+        ] {
+            assert_eq!(plain_of(name), plain, "{name}");
+        }
+        let long = plain_of(&format!("{}.stl", "ü".repeat(200)));
+        assert!(is_plain(&long) && long.ends_with("ü.stl"), "{long}");
+        assert!(
+            is_project("a.trunnion") && is_project("a.TRUNNION") && !is_project(".trunnion") && !is_project("a.stl")
+        );
     }
 }

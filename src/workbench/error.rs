@@ -58,7 +58,7 @@ pub enum WorkbenchError {
         limit_mb: u64,
     },
     /// A file name that is not a plain one, or not that of a model.
-    #[error("{name:?} is not a plain file name of a model; it must end in .stl, .obj, .3mf or .off")]
+    #[error("{name:?} is not a plain file name of a model; it must end in .stl, .obj, .3mf, .off or .trunnion")]
     BadName {
         /// The name.
         name: String,
@@ -80,6 +80,87 @@ pub enum WorkbenchError {
         /// What is to be done first.
         what: &'static str,
     },
+    /// Nothing that could be taken back, or made again.
+    #[error("there is nothing to {what}")]
+    NoStep {
+        /// Undo or redo.
+        what: &'static str,
+    },
+    /// A removed model whose file is another one now, and of which there was no space to keep a copy.
+    #[error("{name} has changed since it was removed, and no copy was kept; add it again")]
+    NotKept {
+        /// The model.
+        name: String,
+    },
+    /// A project file, or a file of it, that cannot be read.
+    #[error("cannot read {}: {}{}", path.display(), in_words(source), remedy(source))]
+    ProjectUnread {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A project file that is no zip archive, is damaged, or is not that of a project.
+    #[error("{project} is damaged: {reason}; save the project again")]
+    ProjectDamaged {
+        /// The file.
+        project: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A name in a project file that leads out of the project's folder, or that some system cannot write.
+    #[error("{project} names a file outside of its folder: {name:?}; nothing was unpacked")]
+    ProjectName {
+        /// The file.
+        project: String,
+        /// The name.
+        name: String,
+    },
+    /// A project file that unpacks to more than a project may.
+    #[error("{project} unpacks to more than {limit_mb} MB; nothing was unpacked")]
+    ProjectTooLarge {
+        /// The file.
+        project: String,
+        /// The most, MB.
+        limit_mb: u64,
+    },
+    /// A project file of a newer version of the format.
+    #[error(
+        "{project} has format version {version}, and this trunnion reads up to version {known}; install a newer trunnion"
+    )]
+    ProjectNewer {
+        /// The file.
+        project: String,
+        /// Its version.
+        version: u64,
+        /// The newest version that is read.
+        known: u64,
+    },
+    /// A model or a machine that a project file names and does not have.
+    #[error("{project} does not contain {name}; save the project again where that file is")]
+    ProjectMissing {
+        /// The file.
+        project: String,
+        /// What is missing.
+        name: String,
+    },
+    /// A word in a project's command that is not one of the page's choices.
+    #[error("{project}: {word:?} is not a choice of the workbench")]
+    ProjectWord {
+        /// The file.
+        project: String,
+        /// The word.
+        word: String,
+    },
+    /// A machine whose profile cannot be read, so that the project cannot be saved with it.
+    #[error("cannot save the machine: {why}")]
+    BadMachine {
+        /// Why.
+        why: String,
+    },
+    /// Two project files for one workbench.
+    #[error("a workbench has one project; name one .trunnion file")]
+    SecondProject,
     /// A job while another one runs.
     #[error("a job is running; wait until it ends, or stop it")]
     Busy,
@@ -110,9 +191,22 @@ impl WorkbenchError {
             Self::WrongHost | Self::ForeignOrigin => 403,
             Self::NotFound => 404,
             Self::WrongMethod => 405,
-            Self::OldRevision | Self::Busy | Self::NotRunning | Self::Printing | Self::NotYet { .. } => 409,
+            Self::OldRevision
+            | Self::Busy
+            | Self::NotRunning
+            | Self::Printing
+            | Self::NotYet { .. }
+            | Self::NoStep { .. }
+            | Self::NotKept { .. }
+            | Self::BadMachine { .. } => 409,
             Self::TooLarge { .. } => 413,
             Self::BadRequest { .. } | Self::BadName { .. } | Self::BadChoice { .. } => 400,
+            Self::ProjectDamaged { .. } | Self::ProjectName { .. } | Self::ProjectTooLarge { .. } => 400,
+            Self::ProjectNewer { .. }
+            | Self::ProjectMissing { .. }
+            | Self::ProjectWord { .. }
+            | Self::SecondProject => 400,
+            Self::ProjectUnread { .. } => 409,
             Self::Crowded => 503,
             Self::Port { .. } | Self::Folder { .. } | Self::NotStarted { .. } | Self::Crashed => 500,
         }

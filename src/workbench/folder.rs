@@ -1,5 +1,8 @@
 //! The project's folder: models that are dropped into it, what a job has written there, and whether a file has changed.
 
+mod kept;
+mod projects;
+
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -8,6 +11,9 @@ use std::time::UNIX_EPOCH;
 use super::WorkbenchError;
 use super::doors::model_name;
 use super::project::Stamp;
+
+pub(super) use kept::Kept;
+pub(super) use projects::{Saving, save, unpack, unpacked_upload};
 
 const PIECE: usize = 1 << 16;
 /// Names that are tried for a model whose own name is taken.
@@ -82,6 +88,12 @@ pub(super) fn named(model: &Path, here: &Path, folder: &Path) -> String {
 /// [`WorkbenchError::BadName`], [`WorkbenchError::Folder`], and [`WorkbenchError::BadRequest`] where the body is too short.
 pub(super) fn take(folder: &Path, name: &str, length: u64, body: &mut dyn Read) -> Result<String, WorkbenchError> {
     let name = model_name(name)?;
+    let file = received(folder, length, body)?;
+    placed(folder, name, file).map_err(|source| WorkbenchError::Folder { path: folder.to_owned(), source })
+}
+
+/// The `length` bytes of `body`, in a file that goes where it has no place.
+fn received(folder: &Path, length: u64, body: &mut dyn Read) -> Result<tempfile::NamedTempFile, WorkbenchError> {
     let failed = |source| WorkbenchError::Folder { path: folder.to_owned(), source };
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
     let (mut left, mut piece) = (length, vec![0; PIECE]);
@@ -89,16 +101,20 @@ pub(super) fn take(folder: &Path, name: &str, length: u64, body: &mut dyn Read) 
         let most = piece.len().min(usize::try_from(left).unwrap_or(PIECE));
         let count = body.read(&mut piece[..most]).unwrap_or(0);
         if count == 0 {
-            return Err(WorkbenchError::BadRequest { what: "the model ends early" });
+            return Err(WorkbenchError::BadRequest { what: "the file ends early" });
         }
         file.write_all(&piece[..count]).map_err(failed)?;
         left -= count as u64;
     }
-    placed(folder, name, file).map_err(failed)
+    Ok(file)
 }
 
-/// Puts the file in its place, which no other file has.
-fn placed(folder: &Path, name: &str, mut file: tempfile::NamedTempFile) -> std::io::Result<String> {
+/// Puts the file in its place, which no other file has; its name.
+///
+/// # Errors
+///
+/// The system's.
+pub(super) fn placed(folder: &Path, name: &str, mut file: tempfile::NamedTempFile) -> std::io::Result<String> {
     let (stem, end) = name.rsplit_once('.').unwrap_or((name, ""));
     #[cfg(unix)]
     file.as_file().set_permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))?;

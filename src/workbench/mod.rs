@@ -4,15 +4,17 @@
 //! program (`runs.rs`), so that a crash of one leaves the page and the project as they are, and the bytes are the command's own. Nothing
 //! is decided here that `job` decides.
 //!
-//! `doors.rs` says who comes in, `routes.rs` what is asked, `project.rs` what is chosen and what is out of date, `run.rs` what a job has
+//! `doors.rs` says who comes in, `routes.rs` what is asked, `choices.rs` what is chosen, `history.rs` what was chosen before, `project.rs` what is out of date, `run.rs` what a job has
 //! said: pure values. `server.rs` has the sockets, `folder.rs` the files, `answers.rs` puts them together. `page/` is the page itself, as
 //! it is served.
 
 mod answers;
-
+mod archive;
+mod choices;
 mod doors;
 mod error;
 mod folder;
+mod history;
 mod http;
 mod project;
 mod routes;
@@ -22,12 +24,14 @@ mod scene;
 mod server;
 mod shared;
 mod state;
+mod timeline;
 
 use std::path::{Path, PathBuf};
 
 pub use error::WorkbenchError;
 pub use runs::PROGRESS_VARIABLE;
 
+use history::History;
 use project::Project;
 use server::HttpServer;
 use state::State;
@@ -45,6 +49,22 @@ pub struct OpenRequest {
     pub port: u16,
     /// Whether a browser is to be started.
     pub browser: bool,
+}
+
+/// Whether `path` is that of a project file, by its name.
+pub fn is_project(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| doors::is_project(&name.to_string_lossy()))
+}
+
+/// Unpacks the project file at `path` into the working folder, where it replaces no other file: the words of the command that its page shows,
+/// and behind them those that name what is written, each a flag and its file.
+///
+/// # Errors
+///
+/// [`WorkbenchError::NotYet`] and those of a bad project file.
+pub fn project_words(path: &Path) -> Result<(Vec<String>, Vec<[String; 2]>), WorkbenchError> {
+    let choices = folder::unpack(path, Path::new("."))?;
+    Ok((choices.prepare()?, choices.written()))
 }
 
 /// Serves the workbench until it is ended; `told` gets its address when it listens, and the file that leads a
@@ -67,9 +87,21 @@ pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Re
         folder: folder.display().to_string(),
         ..State::default()
     };
-    for model in &request.models {
+    let (projects, models): (Vec<&PathBuf>, Vec<&PathBuf>) = request.models.iter().partition(|path| is_project(path));
+    if projects.len() > 1 {
+        return Err(WorkbenchError::SecondProject);
+    }
+    for path in projects {
+        let path = here.join(path);
+        let (name, choices) = (path.file_name().unwrap_or_default().to_string_lossy(), folder::unpack(&path, &folder)?);
+        let own = folder::named(&path, &here, &folder);
+        state.opened(choices, &name, (own == name).then_some(own));
+    }
+    for model in models {
         state.project.add(&folder::named(model, &here, &folder));
     }
+    // What the command named is where the history begins.
+    state.project.history = History::default();
     folder::work_in(&folder)?;
     let server = HttpServer::listen(request.port, folder, state)?;
     let shared = server.shared.clone();
@@ -78,5 +110,7 @@ pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Re
     let leads = request.browser.then(|| folder::leading_to(&address, &server.shared.folder)).transpose()?;
     told(&address, leads.as_ref().map(|file| file.path()));
     answers::begin(&server.shared);
-    Ok(server.serve())
+    let print = server.serve();
+    server.shared.kept().clear();
+    Ok(print)
 }

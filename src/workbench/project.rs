@@ -1,24 +1,21 @@
 //! The project: models, machine and choices, the command line of every job, and which results are out of date. Pure values.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
 use super::WorkbenchError;
+use super::choices::{CHOICES, Choices, ChosenModel, ENDINGS, FINISHES, MOST_PLATE, SLICERS, UNITS, WAYS, line};
+use super::history::{History, StepName};
+use super::timeline::Timeline;
 
 /// What a file was when it was looked at: its size and the time of its last change, ns; `None` where it is not there.
 pub(super) type Stamp = Option<(u64, u128)>;
 
-/// As many plates as a slicer's project has at most.
-const MOST_PLATE: u8 = 36;
-/// Most copies of one model.
-const MOST_COPIES: u32 = 999;
+/// Plans that are kept for undo.
+const MOST_TIMELINES: usize = 50;
 /// Findings that the page lists; the preview has all of them.
 const MOST_FINDINGS: usize = 200;
-const WAYS: [&str; 6] = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"];
-const UNITS: [&str; 7] = ["auto", "um", "mm", "cm", "in", "ft", "m"];
-const UPS: [&str; 2] = ["auto", "recommended"];
-const FINISHES: [&str; 2] = ["auto", "fine"];
-const SLICERS: [&str; 6] = ["auto", "builtin", "prusa-slicer", "slic3r", "cura", "orca"];
-
 /// A job of the page. Each is one command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Task {
@@ -66,23 +63,25 @@ pub(super) enum ProjectChange {
     Copies(usize, String),
     /// Sets a choice by its name.
     Set(String, String),
+    /// Prints in this order, in a way that has these parts.
+    Order(String, String),
+    /// Takes the last change back.
+    Undo,
+    /// Makes the change again that was taken back last.
+    Redo,
 }
 
-/// A model of the project.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct ProjectModel {
-    /// Its file, as the command line names it from the project's folder.
-    pub(super) path: String,
-    /// How many are printed.
-    pub(super) copies: u32,
+/// What is known of a model of the project.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct ModelFacts {
     /// What the file was when `inspected` was made.
     pub(super) stamp: Stamp,
     /// The document of `trunnion inspect`, or its failure; `None` until it is there.
-    pub(super) inspected: Option<Value>,
+    inspected: Option<Value>,
     /// What `trunnion inspect` wrote beside its document.
-    pub(super) notes: Vec<String>,
-    /// Whether `trunnion inspect` was asked about the file as it is.
-    pub(super) asked: bool,
+    notes: Vec<String>,
+    /// The command that was asked last about the file as it is.
+    asked: Option<Vec<String>>,
 }
 
 /// A result of the job that prepares.
@@ -99,168 +98,168 @@ pub(super) struct MadeResult {
 pub(super) struct Project {
     /// Counts the changes: who changes it says which state was seen.
     pub(super) revision: u64,
-    /// The models in order.
-    pub(super) models: Vec<ProjectModel>,
-    /// The machine: a name or a profile's file.
-    pub(super) machine: Option<String>,
+    /// What was chosen.
+    pub(super) choices: Choices,
+    /// What was chosen before, and what was taken back.
+    pub(super) history: History,
+    /// What is known of each model, by its number.
+    facts: BTreeMap<u64, ModelFacts>,
     /// What the machine's file was, where it is one.
-    pub(super) machine_stamp: Stamp,
-    /// Unit of the models' numbers, or `auto`.
-    pub(super) unit: String,
-    /// The plate of the first model, which is a slicer's project with several, or `auto`.
-    pub(super) plate: String,
-    /// The way to print, or `auto`.
-    pub(super) way: String,
-    /// Direction of the model that points up, as three numbers; `auto` as drawn, `recommended` as `trunnion orient` says.
-    pub(super) up: String,
-    /// Quality of overhangs, or `auto`.
-    pub(super) finish: String,
-    /// The slicer, or `auto`.
-    pub(super) slicer: String,
-    /// The printer's port; empty without one.
-    pub(super) port: String,
+    machine_stamp: Stamp,
+    /// Numbers that models have had.
+    models: u64,
     /// The ways, with what they were priced of.
-    pub(super) ways: Option<MadeResult>,
+    ways: Option<MadeResult>,
     /// The last run that prepared a file or said why not.
-    pub(super) prepared: Option<MadeResult>,
+    prepared: Option<MadeResult>,
+    /// The plans of what was prepared, and of the orders that were found to work; the last one last.
+    timelines: Vec<Timeline>,
 }
 
 impl Project {
     /// One with nothing in it.
     pub(super) fn new(machine: Option<String>) -> Self {
-        let auto = || "auto".to_owned();
-        let (unit, plate, way, up, finish, slicer) = (auto(), auto(), auto(), auto(), auto(), auto());
-        Self { machine, unit, plate, way, up, finish, slicer, ..Self::default() }
+        Self { choices: Choices::new(machine), ..Self::default() }
     }
 
-    /// Adds a model; one that is there already is read anew.
+    /// Adds a model; one that is there already is read anew and comes last.
     pub(super) fn add(&mut self, path: &str) {
+        let mut target = self.choices.clone();
+        let known = target.models.iter().position(|model| model.path == path).map(|index| target.models.remove(index));
+        let id = known.map_or_else(
+            || {
+                self.models += 1;
+                self.models
+            },
+            |model| model.id,
+        );
+        self.facts.remove(&id);
+        target.models.push(ChosenModel { id, path: path.to_owned(), copies: 1 });
+        target.order_after(&self.choices);
+        let name = target.models[target.models.len() - 1].name().to_owned();
+        self.history.step(self.choices.clone(), StepName { what: "add", name });
+        self.adopt(target);
+    }
+
+    /// Takes the choices of a project file in the place of its own. The printer's port is this computer's.
+    pub(super) fn open(&mut self, mut target: Choices, name: &str) {
+        for model in &mut target.models {
+            let known = self.choices.models.iter().find(|one| one.path == model.path).map(|one| one.id);
+            model.id = known.unwrap_or_else(|| {
+                self.models += 1;
+                self.models
+            });
+        }
+        target.port.clone_from(&self.choices.port);
+        self.history.step(self.choices.clone(), StepName { what: "open", name: name.to_owned() });
+        self.adopt(target);
+    }
+
+    /// What is chosen from now on.
+    fn adopt(&mut self, target: Choices) {
         self.revision += 1;
-        self.models.retain(|model| model.path != path);
-        let model = ProjectModel {
-            path: path.to_owned(),
-            copies: 1,
-            stamp: None,
-            inspected: None,
-            notes: Vec::new(),
-            asked: false,
-        };
-        self.models.push(model);
+        self.choices = target;
+        self.facts.retain(|id, _| self.choices.models.iter().any(|model| model.id == *id));
     }
 
     /// Takes what the files are now: models first, the machine last. Models that are not as they were are inspected anew.
     /// Whether anything has changed.
     pub(super) fn restamp(&mut self, stamps: &[Stamp]) -> bool {
-        let before = (self.machine_stamp, self.models.iter().map(|model| model.stamp).collect::<Vec<_>>());
-        for (model, stamp) in self.models.iter_mut().zip(stamps) {
-            if model.stamp != *stamp {
-                model.stamp = *stamp;
-                (model.asked, model.inspected) = (false, None);
+        let mut changed = false;
+        for (model, stamp) in self.choices.models.iter().zip(stamps) {
+            let facts = self.facts.entry(model.id).or_default();
+            if facts.stamp != *stamp {
+                *facts = ModelFacts { stamp: *stamp, ..ModelFacts::default() };
+                changed = true;
             }
         }
-        self.machine_stamp = stamps.get(self.models.len()).copied().flatten();
-        before != (self.machine_stamp, self.models.iter().map(|model| model.stamp).collect())
+        let machine = stamps.get(self.choices.models.len()).copied().flatten();
+        changed |= std::mem::replace(&mut self.machine_stamp, machine) != machine;
+        changed
     }
 
-    /// The first model that `trunnion inspect` has not been asked about, from now on as if it had.
-    pub(super) fn next_to_inspect(&mut self) -> Option<usize> {
-        let index = self.models.iter().position(|model| !model.asked)?;
-        self.models[index].asked = true;
-        Some(index)
+    /// The first model that `trunnion inspect` has not been asked about as it is to be read now, and the words of that command; from now on as if it had.
+    pub(super) fn next_to_inspect(&mut self) -> Option<(u64, Vec<String>)> {
+        for (index, model) in self.choices.models.iter().enumerate() {
+            let (words, facts) = (self.choices.inspect(index), self.facts.entry(model.id).or_default());
+            if facts.asked.as_ref() != Some(&words) {
+                *facts = ModelFacts { stamp: facts.stamp, asked: Some(words.clone()), ..ModelFacts::default() };
+                return Some((model.id, words));
+            }
+        }
+        None
     }
 
-    /// Makes a change; `machines` are the profiles that can be chosen.
+    /// Takes the answer of `trunnion inspect`; of a model that was asked about otherwise meanwhile, the later answer is kept.
+    pub(super) fn take_inspected(&mut self, id: u64, words: &[String], document: Value, notes: Vec<String>) {
+        let facts = self.facts.get_mut(&id).filter(|facts| facts.asked.as_deref() == Some(words));
+        facts.into_iter().for_each(|facts| (facts.inspected, facts.notes) = (Some(document.clone()), notes.clone()));
+    }
+
+    /// What is chosen after a change, and what the change is called; `machines` are the profiles that can be chosen. Nothing is changed yet.
     ///
     /// # Errors
     ///
-    /// [`WorkbenchError::BadChoice`] and [`WorkbenchError::NotFound`].
-    pub(super) fn change(&mut self, change: &ProjectChange, machines: &[String]) -> Result<(), WorkbenchError> {
+    /// [`WorkbenchError::BadChoice`], [`WorkbenchError::NotFound`] and [`WorkbenchError::NoStep`].
+    pub(super) fn target(&self, change: &ProjectChange, machines: &[String]) -> Result<Choices, WorkbenchError> {
+        let mut target = self.choices.clone();
         match change {
-            ProjectChange::Remove(index) if *index < self.models.len() => {
-                self.models.remove(*index);
-            }
-            ProjectChange::Copies(index, value) => {
-                let model = self.models.get_mut(*index).ok_or(WorkbenchError::NotFound)?;
-                let copies = value.parse().ok().filter(|n| (1..=MOST_COPIES).contains(n));
-                model.copies = copies.ok_or(WorkbenchError::BadChoice { name: "copies", value: value.clone() })?;
-            }
-            ProjectChange::Set(name, value) => self.set(name, value, machines)?,
+            ProjectChange::Remove(index) if *index < target.models.len() => _ = target.models.remove(*index),
             ProjectChange::Remove(_) => return Err(WorkbenchError::NotFound),
+            ProjectChange::Copies(index, value) => target.set_copies(*index, value)?,
+            ProjectChange::Set(name, value) => target.set(name, value, machines)?,
+            ProjectChange::Order(order, way) => {
+                target.set("way", way, machines)?;
+                target.set("order", order, machines)?;
+            }
+            ProjectChange::Undo => target = self.history.past()?.clone(),
+            ProjectChange::Redo => target = self.history.future()?.clone(),
         }
-        self.revision += 1;
-        Ok(())
+        if !matches!(change, ProjectChange::Order(..) | ProjectChange::Undo | ProjectChange::Redo) {
+            target.order_after(&self.choices);
+        }
+        Ok(target)
     }
 
-    fn set(&mut self, name: &str, value: &str, machines: &[String]) -> Result<(), WorkbenchError> {
-        let bad = |name| Err(WorkbenchError::BadChoice { name, value: value.to_owned() });
-        match name {
-            "machine" if machines.iter().any(|one| one == value) => self.machine = Some(value.to_owned()),
-            "machine" => return bad("machine"),
-            "way" if WAYS.contains(&value) => self.way = value.to_owned(),
-            "way" => return bad("way"),
-            "unit" if UNITS.contains(&value) => {
-                self.unit = value.to_owned();
-                self.models.iter_mut().for_each(|model| (model.asked, model.inspected) = (false, None));
+    /// Makes a change whose `target` is this; `moved` are models whose files have other names now.
+    pub(super) fn change(&mut self, change: &ProjectChange, mut target: Choices, moved: &BTreeMap<u64, String>) {
+        let now = self.choices.clone();
+        let name_of = |index: &usize| now.models.get(*index).map_or_else(String::new, |model| model.name().to_owned());
+        match change {
+            ProjectChange::Remove(index) => {
+                self.history.step(now.clone(), StepName { what: "remove", name: name_of(index) })
             }
-            "unit" => return bad("unit"),
-            "plate"
-                if value == "auto" || value.parse::<u8>().is_ok_and(|number| (1..=MOST_PLATE).contains(&number)) =>
-            {
-                self.plate = value.to_owned();
-                self.models.iter_mut().take(1).for_each(|model| (model.asked, model.inspected) = (false, None));
+            _ if target == now && !matches!(change, ProjectChange::Undo | ProjectChange::Redo) => {}
+            ProjectChange::Copies(index, _) => {
+                self.history.step(now.clone(), StepName { what: "copies", name: name_of(index) })
             }
-            "plate" => return bad("plate"),
-            "up" if UPS.contains(&value) || is_direction(value) => self.up = value.to_owned(),
-            "up" => return bad("up"),
-            "finish" if FINISHES.contains(&value) => self.finish = value.to_owned(),
-            "finish" => return bad("finish"),
-            "slicer" if SLICERS.contains(&value) => self.slicer = value.to_owned(),
-            "slicer" => return bad("slicer"),
-            "port" if !value.starts_with('-') && !value.chars().any(char::is_control) => self.port = value.to_owned(),
-            "port" => return bad("port"),
-            _ => return Err(WorkbenchError::BadChoice { name: "name", value: name.to_owned() }),
+            ProjectChange::Set(name, value) => {
+                let what = CHOICES.into_iter().find(|one| one == name).unwrap_or_default();
+                self.history.step(now.clone(), StepName { what, name: value.clone() });
+            }
+            ProjectChange::Order(order, _) => {
+                self.history.step(now.clone(), StepName { what: "order", name: order.clone() })
+            }
+            ProjectChange::Undo => self.history.undo(now.clone()),
+            ProjectChange::Redo => self.history.redo(now.clone()),
         }
-        Ok(())
+        self.history.moved(moved);
+        target.moved(moved);
+        self.adopt(target);
     }
 
     /// What the ways depend on: everything but the chosen one.
     pub(super) fn basis(&self) -> String {
-        let stamps: Vec<Stamp> = self.models.iter().map(|model| model.stamp).chain([self.machine_stamp]).collect();
-        let choices = [&self.unit, &self.plate, &self.up, &self.finish, &self.slicer];
-        format!("{:?} {:?} {choices:?} {stamps:?}", self.words_of_models(), self.machine)
+        let Choices { models, machine, unit, plate, up, finish, slicer, .. } = &self.choices;
+        let stamp = |model: &ChosenModel| self.facts.get(&model.id).and_then(|facts| facts.stamp);
+        let stamps: Vec<Stamp> = models.iter().map(stamp).chain([self.machine_stamp]).collect();
+        let choices = [unit, plate, up, finish, slicer];
+        format!("{:?} {machine:?} {choices:?} {stamps:?}", self.choices.words_of_models())
     }
 
     /// What the prepared file depends on.
     pub(super) fn whole(&self) -> String {
-        format!("{} {}", self.basis(), self.way)
-    }
-
-    fn words_of_models(&self) -> Vec<String> {
-        let word = |model: &ProjectModel| match model.copies {
-            1 => guarded(&model.path),
-            n => format!("{}*{n}", guarded(&model.path)),
-        };
-        self.models.iter().map(word).collect()
-    }
-
-    /// The file of this ending that preparing makes: called after the first model, and so that it is no other program's.
-    pub(super) fn output(&self, ending: &str) -> Option<String> {
-        let name = self.models.first()?.path.rsplit(['/', '\\']).next()?;
-        let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-        Some(guarded(&format!("{stem}.trunnion.{ending}")))
-    }
-
-    /// The words of the command that inspects a model.
-    pub(super) fn inspect(&self, index: usize) -> Vec<String> {
-        let mut words = vec!["inspect".to_owned(), guarded(&self.models[index].path)];
-        push(&mut words, "--unit", &self.unit);
-        push(&mut words, "--plate", self.plate_of(index));
-        words
-    }
-
-    /// The plate that is read of a model: the command takes one of its first model alone.
-    pub(super) fn plate_of(&self, index: usize) -> &str {
-        if index == 0 { &self.plate } else { "auto" }
+        format!("{} {} {}", self.basis(), self.choices.way, self.choices.order)
     }
 
     /// The words of the command that a task is.
@@ -269,25 +268,12 @@ impl Project {
     ///
     /// [`WorkbenchError::NotYet`] with what is missing.
     pub(super) fn words(&self, task: Task) -> Result<Vec<String>, WorkbenchError> {
-        let gcode = self.output("gcode").ok_or(WorkbenchError::NotYet { what: "add a model" })?;
-        let machine = self.machine.as_ref().ok_or(WorkbenchError::NotYet { what: "choose a machine" })?;
-        let [plan, page] = ["plan.json", "html"].map(|ending| self.output(ending).unwrap_or_default());
+        let mut prepare = self.choices.prepare()?;
+        let [gcode, plan] = ["gcode", "plan.json"].map(|ending| self.choices.output(ending).unwrap_or_default());
         let own = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
         if task == Task::Prepare {
-            let mut words = own(&["prepare"]);
-            words.extend(self.words_of_models());
-            words.extend(own(&["-m", machine]));
-            push(&mut words, "--unit", &self.unit);
-            push(&mut words, "--plate", &self.plate);
-            match self.up.as_str() {
-                "recommended" => words.extend(own(&["--up", "auto"])),
-                other => push(&mut words, "--up", other),
-            }
-            push(&mut words, "--way", &self.way);
-            push(&mut words, "--finish", &self.finish);
-            push(&mut words, "--slicer", &self.slicer);
-            words.extend(own(&["-o", &gcode, "--plan-out", &plan, "--preview", &page]));
-            return Ok(words);
+            prepare.extend(self.choices.written().into_iter().flatten());
+            return Ok(prepare);
         }
         if !self.is_prepared() {
             return Err(WorkbenchError::NotYet { what: "prepare the file that is to be printed" });
@@ -295,8 +281,10 @@ impl Project {
         let mut words = own(&["send", &gcode, "--plan", &plan]);
         match task {
             Task::Rehearse => words.push("--dry-run".to_owned()),
-            _ if self.port.is_empty() => return Err(WorkbenchError::NotYet { what: "enter the printer's port" }),
-            _ => words.extend(own(&["--port", &self.port])),
+            _ if self.choices.port.is_empty() => {
+                return Err(WorkbenchError::NotYet { what: "enter the printer's port" });
+            }
+            _ => words.extend(own(&["--port", &self.choices.port])),
         }
         if task == Task::Resume {
             words.push("--resume".to_owned());
@@ -319,14 +307,46 @@ impl Project {
         {
             self.ways = Some(MadeResult { made_of: basis, document: json!({"ways": document["ways"]}) });
         }
+        let chosen = document["ways"].as_array().into_iter().flatten().find(|way| way["chosen"] == true);
+        let way = chosen.and_then(|way| way["way"].as_str()).unwrap_or_default().to_owned();
+        self.keep(Timeline::of(made_of.clone(), way, &document["plan"]));
         self.prepared = Some(MadeResult { made_of, document: shown(document) });
+    }
+
+    /// The plan of what is chosen now, where there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::NotYet`].
+    pub(super) fn timeline(&self) -> Result<&Timeline, WorkbenchError> {
+        let whole = self.whole();
+        let current = self.timelines.iter().find(|timeline| timeline.made_of == whole);
+        current.ok_or(WorkbenchError::NotYet { what: "prepare the prints whose order is to be changed" })
+    }
+
+    /// Takes the plan of an order that was found to work, of the project as it is now.
+    pub(super) fn take_order(&mut self, way: &str, document: &Value) {
+        self.keep(Timeline::of(self.whole(), way.to_owned(), document));
+    }
+
+    /// The latest of what is the same stays.
+    fn keep(&mut self, timeline: Option<Timeline>) {
+        let Some(timeline) = timeline else { return };
+        self.timelines.retain(|one| one.made_of != timeline.made_of);
+        if self.timelines.len() == MOST_TIMELINES {
+            self.timelines.remove(0);
+        }
+        self.timelines.push(timeline);
     }
 
     /// The project as the page shows it.
     pub(super) fn document(&self) -> Value {
-        let model = |model: &ProjectModel| {
-            json!({"path": model.path, "copies": model.copies, "inspected": model.inspected, "notes": model.notes,
-                "there": model.stamp.is_some()})
+        let model = |(index, model): (usize, &ChosenModel)| {
+            let facts = self.facts.get(&model.id);
+            // What was read of it in another unit is not what it is.
+            let read = facts.filter(|facts| facts.asked.as_ref() == Some(&self.choices.inspect(index)));
+            json!({"path": model.path, "copies": model.copies, "inspected": read.and_then(|facts| facts.inspected.as_ref()),
+                "notes": read.map_or(&[][..], |facts| &facts.notes), "there": facts.is_some_and(|facts| facts.stamp.is_some())})
         };
         let ways = self
             .ways
@@ -340,15 +360,17 @@ impl Project {
         };
         let commands: serde_json::Map<String, Value> =
             Task::ALL.into_iter().map(|task| (task.name().to_owned(), command(task))).collect();
-        let files: Vec<Value> =
-            ["gcode", "plan.json", "html"].iter().map(|ending| self.output(ending).into()).collect();
+        let files: Vec<Value> = ENDINGS.iter().map(|ending| self.choices.output(ending).into()).collect();
+        let Choices { models, machine, unit, plate, way, up, finish, slicer, order, port } = &self.choices;
         json!({
             "revision": self.revision,
-            "models": self.models.iter().map(model).collect::<Vec<_>>(),
-            "inspect": (0..self.models.len()).map(|i| line(&self.inspect(i))).collect::<Vec<_>>(),
-            "machine": self.machine, "unit": self.unit, "plate": self.plate, "way": self.way, "up": self.up, "finish": self.finish, "slicer": self.slicer, "port": self.port,
+            "models": models.iter().enumerate().map(model).collect::<Vec<_>>(),
+            "inspect": (0..models.len()).map(|i| line(&self.choices.inspect(i))).collect::<Vec<_>>(),
+            "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order, "port": port,
             "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,
+            "timeline": self.timeline().ok().map(Timeline::document),
+            "undo": self.history.last().map(StepName::document), "redo": self.history.next().map(StepName::document),
         })
     }
 }
@@ -371,32 +393,6 @@ fn shorten(report: &mut Value) {
     report.retain(|key, _| !["interfaces", "joints", "wall_starts", "stated", "table"].contains(&key.as_str()));
     let findings = report.get_mut("findings").and_then(Value::as_array_mut);
     findings.into_iter().for_each(|all| all.truncate(MOST_FINDINGS));
-}
-
-/// Three numbers, not all of them 0.
-fn is_direction(text: &str) -> bool {
-    let numbers: Vec<Option<f64>> =
-        text.split(',').map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    numbers.len() == 3 && numbers.iter().all(Option::is_some) && numbers.iter().flatten().any(|v| *v != 0.0)
-}
-
-/// A flag and its value, where it is not `auto`.
-fn push(words: &mut Vec<String>, flag: &str, value: &str) {
-    if value != "auto" {
-        words.extend([flag.to_owned(), value.to_owned()]);
-    }
-}
-
-/// A file that the command does not take for a flag.
-fn guarded(path: &str) -> String {
-    if path.starts_with('-') { format!("./{path}") } else { path.to_owned() }
-}
-
-/// The command line of these words, quoted for a shell.
-pub(super) fn line(words: &[String]) -> String {
-    let plain = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./:=,+@%".contains(c));
-    let quoted = |word: &String| if plain(word) { word.clone() } else { format!("'{}'", word.replace('\'', r"'\''")) };
-    std::iter::once("trunnion".to_owned()).chain(words.iter().map(quoted)).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

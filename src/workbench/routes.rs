@@ -23,6 +23,10 @@ pub(super) enum WebAsked {
     DrawnModel(usize),
     /// A model is sent with the request.
     Upload(String),
+    /// The prints are to come in this order.
+    Order(String),
+    /// The project is to be saved.
+    Save,
     /// A change of the project.
     ProjectChange(ProjectChange),
     /// A job is to start.
@@ -51,7 +55,7 @@ pub(super) enum JobWord {
 }
 
 /// Names and sources of the page's files. The renderer is the preview's own.
-pub(super) const FILES: [(&str, &str); 14] = [
+pub(super) const FILES: [(&str, &str); 15] = [
     ("/", include_str!("page/index.html")),
     ("/page/style.css", include_str!("page/style.css")),
     ("/page/main.js", include_str!("page/main.js")),
@@ -63,6 +67,7 @@ pub(super) const FILES: [(&str, &str); 14] = [
     ("/page/how.js", include_str!("page/how.js")),
     ("/page/see.js", include_str!("page/see.js")),
     ("/page/print.js", include_str!("page/print.js")),
+    ("/page/order.js", include_str!("page/order.js")),
     ("/page/foot.js", include_str!("page/foot.js")),
     ("/page/icon.svg", include_str!("page/icon.svg")),
     ("/view/renderer.js", crate::view::RENDERER),
@@ -106,6 +111,8 @@ fn found(head: &RequestHead) -> Result<(bool, WebAsked), WorkbenchError> {
         "session" => (true, WebAsked::Session),
         "models" => (true, WebAsked::Upload(head.value("name").to_owned())),
         "remove" => (true, WebAsked::ProjectChange(ProjectChange::Remove(index(head)?))),
+        "undo" => (true, WebAsked::ProjectChange(ProjectChange::Undo)),
+        "redo" => (true, WebAsked::ProjectChange(ProjectChange::Redo)),
         "copies" => {
             (true, WebAsked::ProjectChange(ProjectChange::Copies(index(head)?, head.value("value").to_owned())))
         }
@@ -113,6 +120,8 @@ fn found(head: &RequestHead) -> Result<(bool, WebAsked), WorkbenchError> {
             true,
             WebAsked::ProjectChange(ProjectChange::Set(head.value("name").to_owned(), head.value("value").to_owned())),
         ),
+        "order" => (true, WebAsked::Order(head.value("value").to_owned())),
+        "save" => (true, WebAsked::Save),
         "run" => (true, WebAsked::Run(task(head)?)),
         "word" => (true, WebAsked::JobWord(task(head)?, word(head)?)),
         "quit" => (true, WebAsked::Quit),

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::WorkbenchError;
-use super::project::{Task, line};
+use super::choices::line;
+use super::project::Task;
 use super::runs::JobSaid;
 
 /// Lines of standard error that are kept of a run.

@@ -2,11 +2,14 @@
 
 use serde_json::{Value, json};
 
+use super::WorkbenchError;
+use super::choices::is_file;
 use crate::document;
 use crate::geom::Object;
 use crate::job::{self, LoadedProfile, MachineSource, ModelSource, Source, World};
 use crate::mesh::{ProjectPlates, TriangleMesh, Unit};
 use crate::overhang::OverhangRule;
+use crate::profile::{Base, shipped};
 use crate::view::{DrawnMachine, Shapes};
 
 /// The machine, to be drawn, and the steepest slope that needs no support on it, degrees; or why it cannot be read.
@@ -15,6 +18,22 @@ pub(super) fn machine(name: &str, world: &World<'_>) -> Value {
         Ok(loaded) => drawn(&loaded),
         Err(error) => refused(&error.into()),
     }
+}
+
+/// The text of a machine's profile that is none of the shipped ones, without other files: as it is where it extends none, else all its values.
+///
+/// # Errors
+///
+/// [`WorkbenchError::BadMachine`].
+pub(super) fn profile(name: &str, world: &World<'_>) -> Result<Option<String>, WorkbenchError> {
+    if !is_file(name) && shipped(name).is_ok() {
+        return Ok(None);
+    }
+    let bad = |why: &dyn std::fmt::Display| WorkbenchError::BadMachine { why: why.to_string() };
+    let loaded = job::load_profile(&MachineSource::from(name), world).map_err(|error| bad(&error))?;
+    let own = world.files.read(std::path::Path::new(name)).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    let alone = own.filter(|text| !matches!(Base::of(name, text), Ok(Base::File(_)) | Err(_)));
+    alone.map_or_else(|| toml::to_string(&loaded.profile).map_err(|error| bad(&error)), Ok).map(Some)
 }
 
 fn drawn(loaded: &LoadedProfile) -> Value {

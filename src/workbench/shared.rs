@@ -6,6 +6,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use super::doors::Doors;
+use super::folder::Kept;
 use super::state::State;
 
 /// What all connections share.
@@ -16,6 +17,8 @@ pub(super) struct Shared {
     /// The project's folder.
     pub(super) folder: PathBuf,
     state: Mutex<State>,
+    /// Models that were removed. Whoever changes the project holds it.
+    kept: Mutex<Kept>,
     changed: Condvar,
     quits: AtomicBool,
 }
@@ -23,12 +26,18 @@ pub(super) struct Shared {
 impl Shared {
     /// Of a workbench that begins with this state.
     pub(super) fn new(doors: Doors, folder: PathBuf, state: State) -> Self {
-        Self { doors, folder, state: Mutex::new(state), changed: Condvar::new(), quits: AtomicBool::new(false) }
+        let (changed, quits) = (Condvar::new(), AtomicBool::new(false));
+        Self { doors, folder, state: Mutex::new(state), kept: Mutex::default(), changed, quits }
     }
 
     /// The state, to be read or changed by one thread at a time.
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The removed models: one change of the project at a time, which may take as long as copying a model.
+    pub(super) fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Changes the state and tells every page.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::WorkbenchError;
-use super::project::{Project, ProjectChange, Task};
+use super::choices::Choices;
+use super::project::{Project, Task};
 use super::routes::JobWord;
 use super::run::Run;
 use super::runs::{Job, JobSaid};
@@ -25,8 +26,21 @@ pub(super) struct State {
     pub(super) machines: Value,
     /// Names and files of the machines, and the one that the command was given.
     pub(super) names: Vec<String>,
+    /// The file that the project was opened from or saved to.
+    pub(super) saved: Saved,
     /// Counts every change that a page could show.
     pub(super) version: u64,
+}
+
+/// What is known of the project's file.
+#[derive(Debug, Default)]
+pub(super) struct Saved {
+    /// The file in the project's folder that this workbench may replace.
+    pub(super) own: Option<String>,
+    /// What it is called, without its ending.
+    pub(super) stem: Option<String>,
+    /// The words of the command that it has.
+    words: Option<Vec<String>>,
 }
 
 impl State {
@@ -50,14 +64,19 @@ impl State {
         if busy { Err(WorkbenchError::Busy) } else { Ok(()) }
     }
 
-    /// Changes the project.
-    ///
-    /// # Errors
-    ///
-    /// As [`Project::change`].
-    pub(super) fn change(&mut self, change: &ProjectChange) -> Result<(), WorkbenchError> {
+    /// A project file was unpacked to these choices; `own` is its name where it is in the project's folder.
+    pub(super) fn opened(&mut self, choices: Choices, name: &str, own: Option<String>) {
+        self.names.extend(choices.machine.clone());
+        self.project.open(choices, name);
+        let stem = name.rsplit_once('.').map(|(stem, _)| stem.to_owned());
+        self.saved = Saved { own, stem, words: self.project.choices.prepare().ok() };
         self.version += 1;
-        self.project.change(change, &self.names)
+    }
+
+    /// These choices were saved in the file of this name.
+    pub(super) fn saved(&mut self, choices: &Choices, name: String) {
+        self.saved = Saved { stem: None, words: choices.prepare().ok(), own: Some(name) };
+        self.version += 1;
     }
 
     /// A job begins: the words of its command.
@@ -127,6 +146,8 @@ impl State {
         document["runs"] = self.runs.iter().map(|(task, run)| (task.name().to_owned(), run.document())).collect();
         document["version"] = self.version.into();
         document["folder"] = self.folder.as_str().into();
+        let same = self.saved.words.is_some() && self.saved.words == self.project.choices.prepare().ok();
+        document["file"] = json!({"name": self.saved.own, "saved": same && self.saved.own.is_some()});
         document["busy"] = self.runs.values().any(|run| run.running).into();
         document
     }

@@ -32,7 +32,7 @@ const NEVER: [(&str, &[&str], &str); 6] = [
 const FIXTURES_ONLY_IN: [&str; 1] = ["cli"];
 
 /// The only places that touch files, processes, ports, clock, threads, environment and standard streams.
-const WORLD_ONLY_IN: [&str; 10] = [
+const WORLD_ONLY_IN: [&str; 11] = [
     "src/cli/",
     "src/world/",
     "src/job/batch/runs.rs",
@@ -40,6 +40,7 @@ const WORLD_ONLY_IN: [&str; 10] = [
     "src/slicing/process.rs",
     "src/link/serial/",
     "src/workbench/folder.rs",
+    "src/workbench/folder/",
     "src/workbench/runs.rs",
     "src/workbench/server.rs",
     "src/main.rs",

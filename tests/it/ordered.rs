@@ -8,10 +8,12 @@ use crate::support::{folder, trunnion};
 /// Exit code and document of the verb on a fixture.
 fn run(verb: &str, model: &str, words: &[&str]) -> (Option<i32>, Value) {
     let here = folder();
+    let output: &[&str] = if verb == "prepare" { &["-o", "out.gcode"] } else { &[] };
     let done = trunnion()
         .arg(verb)
         .arg(fixture(model))
         .args(["-m", "generic-ac", "--json"])
+        .args(output)
         .args(words)
         .current_dir(here.path())
         .output()

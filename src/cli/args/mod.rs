@@ -7,6 +7,7 @@ mod mistake;
 mod open;
 mod print;
 mod profile;
+mod project;
 mod shape;
 
 use std::path::{Path, PathBuf};
@@ -23,6 +24,7 @@ pub(in crate::cli) use mistake::{in_flags, told};
 pub(in crate::cli) use open::Open;
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, Made, New, Profile};
+pub(in crate::cli) use project::with_project;
 pub(in crate::cli) use shape::{Explain, Inspect, Orient, Pack, Split, Support};
 
 /// Headings of `--help`; `-h` shows what is asked for every day.
@@ -74,6 +76,8 @@ Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or
 #[derive(Subcommand)]
 pub(in crate::cli) enum Verb {
     /// Do everything, from a model to a verified file
+    ///
+    /// MODEL may be a project of the workbench, NAME.trunnion: it is unpacked into the working folder, and prepared as its page does.
     Prepare(Box<Prepare>),
     /// List a model's parts, volumes, interfaces and unit
     Inspect(Inspect),

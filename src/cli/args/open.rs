@@ -15,7 +15,7 @@ Every button of the page runs one command, which is shown at the foot of the pag
 From another computer, over SSH:
   ssh -L 8080:127.0.0.1:8080 HOST trunnion open --no-browser --port 8080")]
 pub(in crate::cli) struct Open {
-    /// STL, OBJ, 3MF or OFF files; more can be dropped on the page
+    /// STL, OBJ, 3MF or OFF files, or one project, NAME.trunnion; more can be dropped on the page
     #[arg(value_name = "MODEL", help_heading = MODEL)]
     pub(in crate::cli) models: Vec<PathBuf>,
     /// A shipped profile's name, or a TOML file; the page has a list of them

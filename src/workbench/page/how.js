@@ -1,6 +1,7 @@
 // The room of ways: what each costs, side by side, and which one is chosen.
 
 import { button, choice, failure, figures, h, notice, number, time } from './parts.js';
+import { orderLine } from './order.js';
 import { log, progress } from './see.js';
 import { TEXTS } from './texts.js';
 
@@ -47,7 +48,7 @@ export function deck(state) {
     { id: 'way-auto', type: 'button', class: `auto${state.way === 'auto' ? ' forced' : ''}`, 'data-do': 'way', 'data-way': 'auto', 'aria-pressed': String(state.way === 'auto') },
     h('strong', { text: TEXTS.auto }), cheapest && h('span', { class: 'soft', text: TEXTS.autoNow(TEXTS.ways[cheapest.way] ?? cheapest.way) }),
   );
-  return [auto, h('div', { class: `ways${stale ? ' stale' : ''}` }, sorted.map((way) => wayCard(way, state, cheapest, made)))];
+  return [auto, h('div', { class: `ways${stale ? ' stale' : ''}` }, sorted.map((way) => wayCard(way, state, cheapest, made))), h('section', { id: 'order' }, orderLine(state))];
 }
 
 export function howPanel(state) {

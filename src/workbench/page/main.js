@@ -3,7 +3,8 @@
 import { foot } from './foot.js';
 import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
-import { h, morph } from './parts.js';
+import { ask, asked, dragging, moved, place } from './order.js';
+import { button, h, morph } from './parts.js';
 import { printPanel } from './print.js';
 import { Scene } from './scene.js';
 import { previewOf, seePanel } from './see.js';
@@ -15,8 +16,9 @@ const byId = (id) => document.getElementById(id);
 const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0 };
 let scene = null;
 
-function toast(text) {
+function toast(text, kind = 'bad') {
   byId('toast').textContent = text ?? '';
+  byId('toast').className = kind;
   byId('toast').hidden = !text;
 }
 
@@ -40,6 +42,11 @@ const ACTIONS = {
   remove: ({ index }) => change('remove', { index }),
   pick: () => pick(!scene?.picking),
   way: ({ way }) => change('set', { name: 'way', value: way }),
+  undo: () => change('undo'),
+  redo: () => change('redo'),
+  save: () => save(),
+  reorder: ({ card, by }) => reorder(card, place(page.state, card) + Number(by)),
+  'free-order': () => { asked.refused = null; change('set', { name: 'order', value: 'auto' }); },
   find: () => change('run', { task: 'prepare' }),
   run: ({ task }) => change('run', { task }),
   stop: ({ task }) => change('word', { task, word: 'stop' }),
@@ -63,6 +70,32 @@ const ACTIONS = {
     }
   },
 };
+
+/** Asks for another order of the prints, and for nothing where a card is where it was. */
+async function reorder(card, to) {
+  const cards = page.state.timeline && !asked.cards && moved(page.state, card, to);
+  if (!cards) return;
+  const focus = document.activeElement?.id;
+  await ask(cards, card, async (value) => {
+    try {
+      toast(null);
+      const { refused, ...state } = await post('order', { revision: page.state.revision, value });
+      hear(state);
+      return refused;
+    } catch (error) {
+      if (error.code === 'workbench/old-revision') hear(await get('state'));
+      return { error: error.message, code: error.code, reasons: [] };
+    }
+  }, show);
+  if (asked.refused) byId('order-why')?.scrollIntoView({ block: 'nearest' });
+  // A button that was off meanwhile has lost it.
+  if (focus) (byId(focus)?.disabled ? byId(`print-${card}`)?.querySelector('button:not(:disabled)') : byId(focus))?.focus();
+}
+
+/** Saves the project; the file can be fetched in the room of models. */
+async function save() {
+  if (await change('save')) toast(TEXTS.saved(page.state.file.name), 'good');
+}
 
 /** The next click on the picture puts the model on a face. */
 function pick(on) {
@@ -95,6 +128,18 @@ function rooms() {
       busy ? h('i', { class: 'dot busy' }) : stale ? h('i', { class: 'dot warn', title: TEXTS.stale }) : null);
   };
   morph(byId('rooms'), ROOMS.map(tab));
+}
+
+/** Undo and redo, and what they would change. */
+function steps() {
+  const step = (which, sign) => {
+    const one = page.state[which], says = one ? `${TEXTS.steps[which]}: ${TEXTS.stepNames[one.what](one.name)}` : TEXTS.noStep[which];
+    return button(which, sign, { id: which, class: 'quiet round', disabled: !one, 'aria-label': says, title: `${says} (${TEXTS.stepKeys[which]})`, 'aria-keyshortcuts': TEXTS.stepKeys[which].replace('Ctrl', 'Control') });
+  };
+  const { file } = page.state, unsaved = page.state.models.length > 0 && !file.saved;
+  const says = file.name ? `${TEXTS.saveTitle}. ${file.name}: ${unsaved ? TEXTS.savedBefore : TEXTS.savedNow}` : TEXTS.saveTitle;
+  morph(byId('steps'), step('undo', '↶'), step('redo', '↷'),
+    button('save', TEXTS.save, { id: 'save', class: 'quiet', disabled: page.state.models.length === 0, title: `${says} (${TEXTS.saveKey})`, 'aria-keyshortcuts': 'Control+S' }));
 }
 
 function panel() {
@@ -138,6 +183,7 @@ function show() {
   if (!page.state) return;
   if (page.copied !== false && page.copied !== byId('command')?.textContent) page.copied = false;
   document.body.dataset.room = page.room;
+  steps();
   morph(byId('machine-box'), machineBox(page.state, page.machines));
   byId('folder').textContent = TEXTS.folder(page.state.folder.split(/[\\/]/).filter(Boolean).pop() ?? page.state.folder);
   byId('folder').title = page.state.folder;
@@ -154,6 +200,8 @@ function show() {
 function hear(state) {
   // An answer may come behind an event that is newer.
   if (page.state && state.version < page.state.version) return;
+  // Why an order was refused concerns the project as it was then.
+  if (page.state && state.revision !== page.state.revision) Object.assign(asked, { refused: null, sprung: null });
   page.state = state;
   connection('');
   show();
@@ -193,6 +241,23 @@ function connection(text) {
   byId('link-state').textContent = text;
 }
 
+/** Ctrl+S, Ctrl+Z, Ctrl+Shift+Z and Ctrl+Y. What is being typed has an undo of its own. */
+function stepKey(event) {
+  const letter = event.key.toLowerCase();
+  if (letter === 's' && !event.altKey && !event.shiftKey && page.state) {
+    event.preventDefault();
+    // What is being typed is part of it.
+    event.target.blur?.();
+    if (page.state.models.length) save();
+    return;
+  }
+  const which = letter === 'y' || (letter === 'z' && event.shiftKey) ? 'redo' : letter === 'z' ? 'undo' : null;
+  if (!which || event.altKey || !page.state || event.target.closest?.('input, textarea')) return;
+  event.preventDefault();
+  if (page.state[which]) change(which);
+  else toast(`${TEXTS.noStep[which]}.`);
+}
+
 function events() {
   document.addEventListener('click', (event) => {
     const target = event.target.closest?.('[data-do]');
@@ -210,7 +275,8 @@ function events() {
   });
   document.addEventListener('keydown', (event) => {
     if (event.key === 'Escape' && scene?.picking) pick(false);
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.('input, select, textarea')) return;
+    if (event.ctrlKey || event.metaKey) return stepKey(event);
+    if (event.altKey || event.target.closest?.('input, select, textarea')) return;
     const number = ROOMS[Number(event.key) - 1], at = ROOMS.indexOf(page.room);
     const next = event.target.closest?.('[role="tab"]') && { ArrowDown: ROOMS[(at + 1) % 4], ArrowUp: ROOMS[(at + 3) % 4] }[event.key];
     if (!number && !next) return;
@@ -218,6 +284,7 @@ function events() {
     go(number ?? next);
     byId(`room-${number ?? next}`).focus();
   });
+  dragging(byId('deck'), () => page.state, reorder);
   dropping();
   window.addEventListener('focus', () => page.state && !page.ended && get('state').then(hear, () => {}));
 }
@@ -241,6 +308,7 @@ function begin() {
   document.title = TEXTS.title;
   byId('quit').textContent = TEXTS.quit;
   byId('quit').title = TEXTS.quitTitle;
+  byId('steps').setAttribute('aria-label', TEXTS.stepGroup);
   byId('drop').textContent = TEXTS.dropHere;
   byId('canvas').setAttribute('aria-label', TEXTS.sceneLabel);
   byId('no-gl').textContent = TEXTS.noGl;

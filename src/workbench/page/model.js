@@ -48,6 +48,14 @@ function standing(state, picking) {
   ];
 }
 
+/** The project's file, to be fetched. */
+function projectFile({ file }) {
+  if (!file.name) return null;
+  return h('div', { class: 'files' }, h('h3', { text: TEXTS.projectFile }),
+    h('a', { class: 'file', id: 'file-project', href: `/files/${encodeURIComponent(file.name)}`, download: file.name },
+      h('span', { text: file.name }), h('span', { class: 'soft', text: file.saved ? TEXTS.savedNow : TEXTS.savedBefore })));
+}
+
 export function modelPanel(state, uploads, picking) {
   return [
     h('h2', { text: TEXTS.rooms.model }),
@@ -58,6 +66,7 @@ export function modelPanel(state, uploads, picking) {
     // Slicers' projects alone have plates.
     state.models[0]?.path.toLowerCase().endsWith('.3mf') && choice('plate', TEXTS.plate, state.plate, [['auto', TEXTS.plateAuto], ...Array.from({ length: state.choices.plates }, (_, k) => [String(k + 1), String(k + 1)])]),
     state.models.length > 0 && choice('unit', TEXTS.unit, state.unit, state.choices.unit.map((unit) => [unit, unit === 'auto' ? TEXTS.unitAuto : unit])),
+    projectFile(state),
   ];
 }
 
@@ -65,7 +74,8 @@ export function modelPanel(state, uploads, picking) {
 export function machineBox(state, { machines, own }) {
   const listed = machines ?? [], text = (row) => [row.file ?? row.name, row.name];
   const [theirs, shipped] = [listed.filter((row) => row.file), listed.filter((row) => !row.file)];
-  const extra = own && !listed.some((row) => (row.file ?? row.name) === own) ? [[own, `${name(own)} (${TEXTS.ownMachine})`]] : [];
+  const unlisted = [...new Set([own, state.machine])].filter((one) => one && !listed.some((row) => (row.file ?? row.name) === one));
+  const extra = unlisted.map((one) => [one, one === own ? `${name(one)} (${TEXTS.ownMachine})` : name(one)]);
   const options = [
     ...(state.machine ? [] : [['', TEXTS.noMachine]]), ...extra,
     ...(theirs.length ? [{ group: TEXTS.own, options: theirs.map(text) }] : []), { group: TEXTS.shipped, options: shipped.map(text) },

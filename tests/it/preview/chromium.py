@@ -3,8 +3,9 @@
 Arguments: the browser, the page's file or address, width, height. Standard input: a JSON list of steps, each one of
   {"eval": JAVASCRIPT}       its value (awaited) is among the results
   {"shot": FILE.png}         a screenshot
-  {"key": KEY}               pressed and released, as a person would
+  {"key": KEY}               pressed and released, as a person would; Control+z with a key held
   {"click": SELECTOR}        the middle of the element, with the mouse
+  {"drag": [FROM, TO]}       the mouse goes down on one element and up on another
   {"at": [X, Y]}             a place of the page, with the mouse
   {"frame": JAVASCRIPT}      its value in the page's frame, which is a site of its own
   {"until": JAVASCRIPT}      waits until it is true
@@ -117,7 +118,27 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def middle(self, selector):
+        return self.value(
+            f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.scrollIntoView({{block: 'nearest'}});"
+            " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+        )
+
+    def drag(self, start, end):
+        (x, y), (to_x, to_y) = self.middle(start), self.middle(end)
+        self.ask("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+        for step in range(1, 9):
+            at = [x + (to_x - x) * step / 8, y + (to_y - y) * step / 8]
+            self.ask("Input.dispatchMouseEvent", type="mouseMoved", x=at[0], y=at[1], button="left", buttons=1)
+        self.ask("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, button="left", clickCount=1)
+
     def key(self, key):
+        *held, key = key.split("+") if len(key) > 1 else [key]
+        flags = sum({"Alt": 1, "Control": 2, "Meta": 4, "Shift": 8}[name] for name in held)
+        if flags:
+            for kind in ("rawKeyDown", "keyUp"):
+                self.ask("Input.dispatchKeyEvent", type=kind, key=key, modifiers=flags, windowsVirtualKeyCode=ord(key[0].upper()))
+            return
         text = key if len(key) == 1 else "\r" if key == "Enter" else ""
         # Without its number a key moves no focus.
         number = {"Tab": 9, "Enter": 13}.get(key, 0)
@@ -161,11 +182,10 @@ def do(browser, step):
     elif "key" in step:
         browser.key(step["key"])
     elif "click" in step:
-        box = browser.value(
-            f"(() => {{ const e = document.querySelector({json.dumps(step['click'])}); e.scrollIntoView({{block: 'nearest'}});"
-            " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
-        )
+        box = browser.middle(step["click"])
         browser.press(*box)
+    elif "drag" in step:
+        browser.drag(*step["drag"])
     elif "at" in step:
         browser.press(*step["at"])
     elif "until" in step:

@@ -6,35 +6,35 @@ use super::{Workbench, open, open_in};
 use crate::preview::browser::{Answers, browse_any};
 use crate::support::folder;
 
-fn eval(code: &str) -> Value {
+pub(super) fn eval(code: &str) -> Value {
     json!({"eval": code})
 }
 
-fn until(code: &str) -> Value {
+pub(super) fn until(code: &str) -> Value {
     json!({"until": code})
 }
 
-fn click(selector: &str) -> Value {
+pub(super) fn click(selector: &str) -> Value {
     json!({"click": selector})
 }
 
-fn key(key: &str) -> Value {
+pub(super) fn key(key: &str) -> Value {
     json!({"key": key})
 }
 
 /// A picture, where somebody wants to look: `TRUNNION_SHOTS` names a folder.
-fn shot(name: &str) -> Value {
+pub(super) fn shot(name: &str) -> Value {
     match std::env::var("TRUNNION_SHOTS") {
         Ok(folder) => json!({"shot": format!("{folder}/{name}.png")}),
         Err(_) => eval("0"),
     }
 }
 
-const STATE: &str = "workbench.page.state";
+pub(super) const STATE: &str = "workbench.page.state";
 
 /// Nothing was complained of, and nothing left this computer.
 #[track_caller]
-fn quiet(answers: &Answers, workbench: &Workbench) {
+pub(super) fn quiet(answers: &Answers, workbench: &Workbench) {
     assert_eq!(answers.console, Vec::<Value>::new());
     let own = [format!("http://127.0.0.1:{}/", workbench.port), "data:".to_owned(), "about:".to_owned()];
     let outside = |url: &&Value| !own.iter().any(|own| url.as_str().unwrap().starts_with(own.as_str()));

@@ -2,8 +2,11 @@
 
 mod browser;
 mod doors;
+mod history;
 mod jobs;
+mod order;
 mod prints;
+mod projects;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

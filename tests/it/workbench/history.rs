@@ -1,0 +1,144 @@
+//! Undo and redo: every change, the bytes of a removed model, two windows, and the buttons and keys of the page.
+
+use serde_json::{Value, json};
+
+use super::browser::{STATE, click, eval, key, quiet, shot, until};
+use super::open;
+use crate::preview::browser::browse_any;
+
+fn paths(state: &Value) -> Vec<&str> {
+    state["models"].as_array().unwrap().iter().map(|model| model["path"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_removed_model_comes_back_with_the_same_bytes() {
+    let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
+    // What the command named is where it begins.
+    let none = workbench.posted("/api/undo");
+    assert_eq!((none.status, none.json()["code"].as_str()), (409, Some("workbench/no-step")));
+    let hook = std::fs::read(crate::pipeline::fixture("hook")).unwrap();
+    assert_eq!(workbench.ask("POST", "/api/models?name=hook.stl", &hook).status, 200);
+    workbench.post("/api/set?name=slicer&value=builtin");
+    let prepared = workbench.run("prepare");
+    assert_eq!(prepared["prepared"]["stale"], false);
+    let file = workbench.folder.path().join("hook.stl");
+    let state = workbench.post("/api/remove?index=1");
+    assert_eq!((paths(&state), &state["undo"]), (vec!["cube.stl"], &json!({"what": "remove", "name": "hook.stl"})));
+    assert_eq!(state["prepared"]["stale"], true);
+    // The file is deleted by somebody, and comes back as it was: what was made of it is current.
+    std::fs::remove_file(&file).unwrap();
+    let state = workbench.post("/api/undo");
+    assert_eq!((paths(&state), &state["prepared"]["stale"]), (vec!["cube.stl", "hook.stl"], &false.into()));
+    assert!(std::fs::read(&file).unwrap() == hook);
+    assert_eq!(state["redo"], json!({"what": "remove", "name": "hook.stl"}));
+    // It is replaced by somebody: that file stays, and the model comes back beside it.
+    workbench.post("/api/redo");
+    std::fs::write(&file, "solid other").unwrap();
+    let state = workbench.post("/api/undo");
+    assert_eq!(paths(&state), ["cube.stl", "hook-2.stl"]);
+    assert_eq!((workbench.file("hook-2.stl") == hook, workbench.file("hook.stl")), (true, b"solid other".to_vec()));
+    // To the beginning: the dropped model goes, too, and comes again.
+    workbench.post("/api/undo");
+    let state = workbench.post("/api/undo");
+    assert_eq!((paths(&state), &state["slicer"], &state["undo"]), (vec!["cube.stl"], &"auto".into(), &Value::Null));
+    std::fs::remove_file(workbench.folder.path().join("hook-2.stl")).unwrap();
+    assert_eq!(paths(&workbench.post("/api/redo")), ["cube.stl", "hook-2.stl"]);
+    assert!(workbench.file("hook-2.stl") == hook);
+    assert_eq!(workbench.post("/api/redo")["slicer"], "builtin");
+    assert_eq!(paths(&workbench.post("/api/redo")), ["cube.stl"]);
+    let none = workbench.posted("/api/redo");
+    assert_eq!(none.json()["code"], "workbench/no-step");
+}
+
+#[test]
+fn of_two_windows_the_later_one_takes_nothing_back_unseen() {
+    let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
+    workbench.post("/api/set?name=way&value=turned");
+    let seen = workbench.state()["revision"].as_u64().unwrap();
+    workbench.post("/api/set?name=finish&value=fine");
+    for step in ["undo", "redo"] {
+        let late = workbench.ask("POST", &format!("/api/{step}?revision={seen}"), b"");
+        assert_eq!((late.status, late.json()["code"].as_str()), (409, Some("workbench/old-revision")), "{step}");
+    }
+    let state = workbench.post("/api/undo");
+    assert_eq!((&state["finish"], &state["way"]), (&"auto".into(), &"turned".into()));
+    assert!(state["revision"].as_u64().unwrap() > seen + 1);
+}
+
+#[test]
+fn copies_of_removed_models_go_with_the_workbench() {
+    let mut workbench = open(&["cube"], &["cube.stl"]);
+    let process = workbench.process.0.id();
+    // Only those of this process.
+    let kept = || {
+        let links = std::fs::read_dir(std::env::temp_dir()).unwrap().filter_map(|entry| Some(entry.ok()?.path()));
+        let named = |path: &std::path::PathBuf| {
+            path.file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with(&format!("trunnion-removed-{process}-")))
+        };
+        links.filter(named).count()
+    };
+    workbench.post("/api/remove?index=0");
+    assert_eq!(kept(), 1);
+    workbench.post("/api/quit");
+    assert_eq!((workbench.process.0.wait().unwrap().code(), kept()), (Some(0), 0));
+}
+
+#[test]
+fn the_page_undoes_and_redoes_by_button_and_by_keys() {
+    let workbench = open(&["cube", "hook"], &["cube.stl", "hook.stl", "-m", "generic-ac"]);
+    let names = format!("{STATE}.models.map((model) => model.path).join()");
+    let are = |wanted: &str| until(&format!("{names} === '{wanted}'"));
+    let steps = [
+        until(&format!(
+            "{STATE} && workbench.page.machines.machines && {STATE}.models.every((model) => model.inspected)"
+        )),
+        eval("['undo', 'redo'].map((id) => document.getElementById(id).disabled)"),
+        click("#models li:last-child .round"),
+        are("cube.stl"),
+        eval("document.getElementById('undo').getAttribute('aria-label')"),
+        shot("undo"),
+        click("#undo"),
+        are("cube.stl,hook.stl"),
+        key("Control+Shift+Z"),
+        are("cube.stl"),
+        key("Control+z"),
+        are("cube.stl,hook.stl"),
+        key("Control+y"),
+        are("cube.stl"),
+        click("#undo"),
+        are("cube.stl,hook.stl"),
+        // A choice, from the keyboard alone; a field that is typed in has an undo of its own.
+        key("2"),
+        until("document.getElementById('slicer')"),
+        eval(
+            "(() => { const s = document.getElementById('slicer'); s.value = 'builtin'; s.dispatchEvent(new Event('change', { bubbles: true })); })()",
+        ),
+        until(&format!("{STATE}.slicer === 'builtin'")),
+        key("4"),
+        until("document.getElementById('port')"),
+        eval("document.getElementById('port').focus()"),
+        json!({"text": "x"}),
+        key("Control+z"),
+        eval(&format!("{STATE}.slicer")),
+        eval("(() => { const p = document.getElementById('port'); p.value = ''; p.blur(); })()"),
+        key("Control+z"),
+        until(&format!("{STATE}.slicer === 'auto'")),
+        // With nothing left the page says so, and asks nobody.
+        key("Control+z"),
+        until("!document.getElementById('toast').hidden"),
+        eval(&format!(
+            "[{STATE}.undo, document.getElementById('undo').disabled, document.getElementById('redo').disabled]"
+        )),
+        json!({"size": [900, 700]}),
+        eval("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    let results = &answers.results;
+    assert_eq!(results[1], json!([true, true]));
+    assert!(results[4].as_str().unwrap().ends_with("hook.stl"), "{}", results[4]);
+    assert_eq!(results[25], "builtin");
+    assert_eq!(results[31], json!([null, true, false]));
+    assert_eq!(results[33], json!([900, 700]));
+}
