@@ -102,7 +102,7 @@ fn the_best_plan_in_a_demanded_order_is_the_best_of_all_that_have_it() {
             dearer += usize::from(wanted.is_some() && wanted != cheapest(&mut all.iter()));
         }
     }
-    assert!(feasible > 200 && dearer > 50, "{feasible} feasible, {dearer} dearer: the test has grown blunt");
+    assert!(feasible > 150 && dearer > 30, "{feasible} feasible, {dearer} dearer: the test has grown blunt");
 }
 
 #[test]
