@@ -5,6 +5,8 @@
 //! these there later, and they are not caught. Straight ways are tried along [`ways`], by rays along each: a part that is blocked only where two edges
 //! would meet between all rays counts as free.
 
+use std::cell::OnceCell;
+
 use super::{BoxTree, Part, TriangleMesh, may_overlap};
 use crate::geom::{Bounds, Mat3, Object, Vec3};
 
@@ -44,11 +46,11 @@ pub(super) fn captive(parts: &[Part], held: &[bool]) -> Vec<usize> {
         around_it.push((id, others));
     }
     // What overlaps is no joint, and whatever begins in material is blocked by it.
-    let overlaps = |id: usize| {
-        around(id).any(|other| may_overlap(&parts[id], &parts[other], &BoxTree::new(&parts[other].mesh), false))
-    };
+    let trees: Vec<OnceCell<BoxTree>> = parts.iter().map(|_| OnceCell::new()).collect();
+    let tree = |id: usize| trees[id].get_or_init(|| BoxTree::new(&parts[id].mesh));
+    let overlaps = |id: usize| around(id).any(|other| may_overlap(&parts[id], &parts[other], tree(other), false));
     let is_caught = |(id, others): &(usize, TriangleMesh<Object>)| {
-        !others.facets().is_empty() && is_blocked(&parts[*id].mesh, others) && !overlaps(*id)
+        !others.facets().is_empty() && !overlaps(*id) && is_blocked(&parts[*id].mesh, others)
     };
     let mut caught: Vec<usize> = around_it.iter().filter(|one| is_caught(one)).map(|(id, _)| *id).collect();
     let mut kept = Vec::new();

@@ -53,6 +53,7 @@ mod soup;
 mod tests;
 mod triangle_mesh;
 mod unit;
+mod warnings;
 mod weld;
 mod winding;
 mod write;

@@ -9,7 +9,7 @@ use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces, most_pairs};
 use super::shells::Surface;
 use super::soup::{OtherVolume, Soup};
-use super::{ReadOptions, Repair, TriangleMesh, Unit, guess_unit, parts, winding};
+use super::{ReadOptions, Repair, TriangleMesh, Unit, guess_unit, parts, warnings, winding};
 use crate::geom::{Bounds, Object, Vec3};
 use crate::spelling::{part_named, unnamed};
 
@@ -18,9 +18,6 @@ pub const TABLE_GAP_MM: f64 = 0.05;
 
 /// Corners up to so far apart are joined where that closes a surface, mm: a tenth of a line.
 const CRACK_MM: f64 = 0.04;
-
-/// Warnings that are kept; of more, only the number.
-const MOST_WARNINGS: usize = 1000;
 
 /// A closed piece of a model.
 #[derive(Clone, Debug)]
@@ -166,11 +163,7 @@ impl Model {
         model.unit = unit;
         soup.warnings.append(&mut model.warnings);
         model.warnings = soup.warnings;
-        let more = model.warnings.len().saturating_sub(MOST_WARNINGS);
-        if more > 0 {
-            model.warnings.truncate(MOST_WARNINGS);
-            model.warnings.push(format!("{more} more warnings are not shown"));
-        }
+        warnings::keep(&mut model.warnings);
         Ok(DrawnModel { model, away, objects })
     }
 
