@@ -62,6 +62,11 @@ fn unpacked(from: impl Read + Seek, name: &str, size: u64, folder: &Path) -> Res
     if let Some((machine, file)) = all.iter().find(|(member, _)| choices.machine.as_ref() == Some(member)) {
         by_itself(name, machine, file.path()).unwrap_or_else(|source| Err(failed(source)))?;
     }
+    for (member, _) in &all {
+        if leads_out(folder, member).map_err(failed)? {
+            return Err(WorkbenchError::ProjectName { project: name.to_owned(), name: member.clone() });
+        }
+    }
     let mut places = BTreeMap::new();
     let mut plan = None;
     for (member, file) in all {
@@ -69,14 +74,10 @@ fn unpacked(from: impl Read + Seek, name: &str, size: u64, folder: &Path) -> Res
             plan = Some(file);
             continue;
         }
-        let (below, name) = member.rsplit_once('/').unwrap_or(("", &member));
+        let (below, plain) = member.rsplit_once('/').unwrap_or(("", &member));
         let place = folder.join(below);
         std::fs::create_dir_all(&place).map_err(failed)?;
-        // A link that is there already may lead anywhere.
-        if !place.canonicalize().map_err(failed)?.starts_with(folder.canonicalize().map_err(failed)?) {
-            return Err(WorkbenchError::ProjectName { project: name.to_owned(), name: member.clone() });
-        }
-        let named = placed(&place, name, file).map_err(failed)?;
+        let named = placed(&place, plain, file).map_err(failed)?;
         places.insert(member.clone(), if below.is_empty() { named } else { format!("{below}/{named}") });
     }
     choices.renamed(&places);
@@ -85,6 +86,13 @@ fn unpacked(from: impl Read + Seek, name: &str, size: u64, folder: &Path) -> Res
         let _ = plan.persist_noclobber(folder.join(output));
     }
     Ok(choices)
+}
+
+/// Whether a link that is there already leads out of `folder` on the way to this member's place.
+fn leads_out(folder: &Path, member: &str) -> std::io::Result<bool> {
+    let place = folder.join(member);
+    let there = place.ancestors().skip(1).find(|path| path.exists()).unwrap_or(folder);
+    Ok(!there.canonicalize()?.starts_with(folder.canonicalize()?))
 }
 
 /// That a profile needs no other file than itself.

@@ -220,14 +220,17 @@ fn a_bad_project_is_refused_with_a_code_and_leaves_nothing() {
 #[test]
 fn a_link_in_the_folder_leads_no_project_out_of_it() {
     let (here, outside) = (folder(), folder());
-    let command = ["prepare", "parts/hook.stl", "-m", "generic-ac"];
     let hook = std::fs::read(crate::pipeline::fixture("hook")).unwrap();
-    let project = outside.path().join("a.trunnion");
-    std::fs::write(&project, zipped(&[("project.json", &manifest(1, &command)), ("parts/hook.stl", &hook)])).unwrap();
     std::os::unix::fs::symlink(outside.path(), here.path().join("parts")).unwrap();
-    let done = trunnion().arg("prepare").arg(&project).arg("--json").current_dir(here.path()).output().unwrap();
-    assert_eq!(serde_json::from_slice::<Value>(&done.stdout).unwrap()["code"], "workbench/project-name");
-    assert!(!outside.path().join("hook.stl").exists());
+    for model in ["parts/hook.stl", "parts/deeper/hook.stl"] {
+        let (project, command) = (here.path().join("a.trunnion"), ["prepare", model, "-m", "generic-ac"]);
+        std::fs::write(&project, zipped(&[("project.json", &manifest(1, &command)), (model, &hook)])).unwrap();
+        let done = trunnion().arg("prepare").arg(&project).arg("--json").current_dir(here.path()).output().unwrap();
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(document["code"], "workbench/project-name");
+        assert!(document["error"].as_str().is_some_and(|error| error.contains("a.trunnion")), "{document}");
+        assert_eq!(std::fs::read_dir(outside.path()).unwrap().count(), 0, "{model}");
+    }
 }
 
 #[test]
