@@ -1,12 +1,15 @@
 //! Packing: first what comes of the published boxes and of boats in a bin, then how long some of it takes.
 //!
-//! `cargo bench -p trunnion-benches --bench pack` takes some three minutes: each of the 120 instances of Martello, Pisinger and Vigo has one second. With
+//! `cargo bench -p trunnion-benches --bench pack` takes some five minutes: each of the 120 instances of Martello, Pisinger and Vigo has one second, each of 70 containers of Bischoff and Ratcliff two. With
 //! `TRUNNION_BOXES=FOLDER` they are written there as texts, for `trunnion pack --boxes` and for `benches/compare/pack_py3dbp.py`. The latest
 //! figures are in docs/explanation/measurements.md.
 
 #[allow(dead_code)]
 #[path = "../tests/it/packing/generator.rs"]
 mod generator;
+#[allow(dead_code)]
+#[path = "../tests/it/packing/ratcliff.rs"]
+mod ratcliff;
 #[allow(dead_code)]
 #[path = "../tests/it/packing/shapes.rs"]
 mod shapes;
@@ -18,7 +21,7 @@ use std::time::Instant;
 use divan::Bencher;
 use trunnion::pack::{
     BoxPacking, Ended, Instance, Method, PackGoal, PackSolid, Packed, Room, Turns, Watch, apart, check, fewest_runs,
-    pack, pack_models,
+    pack, pack_models, volume,
 };
 
 const CLASSES: [i64; 6] = [1, 4, 5, 6, 7, 8];
@@ -36,7 +39,7 @@ fn main() {
             for which in 1..=10 {
                 let instance = generator::instance(class, boxes, which);
                 written(&instance, class, boxes, which);
-                let answer = timed(&instance, SECONDS);
+                let answer = timed(&instance, PackGoal::Runs, SECONDS);
                 check(&instance, &answer.placed, true).expect("a packing");
                 (runs, bound) = (runs + answer.runs, bound + answer.bound as usize);
             }
@@ -44,6 +47,15 @@ fn main() {
             (all, least) = (all + runs, least + bound);
         }
         let _ = writeln!(said, "{boxes} boxes: {all} runs, at least {least}; the published best is {published}");
+    }
+    for class in 1..=7 {
+        let share = |which| {
+            let instance = ratcliff::instance(class, which);
+            let answer = timed(&instance, PackGoal::Filling, 2.0 * SECONDS);
+            check(&instance, &answer.placed, false).expect("a packing");
+            100.0 * instance.value(&answer.placed) / volume(&instance.space)
+        };
+        let _ = writeln!(said, "containers BR{class}: {:.2} %", (1..=10).map(share).sum::<f64>() / 10.0);
     }
     for (turns, liftable) in [(Turns::Z90, false), (Turns::Any, false), (Turns::Any, true)] {
         let began = Instant::now();
@@ -58,10 +70,10 @@ fn main() {
     divan::main();
 }
 
-fn timed(instance: &Instance, seconds: f64) -> BoxPacking {
+fn timed(instance: &Instance, goal: PackGoal, seconds: f64) -> BoxPacking {
     let began = Instant::now();
     let mut asked = |_| (began.elapsed().as_secs_f64() > seconds).then_some(Ended::Time);
-    pack(instance, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(u64::MAX, &mut asked)).expect("boxes that fit")
+    pack(instance, goal, Method::Auto, 1, &mut Watch::new(u64::MAX, &mut asked)).expect("boxes that fit")
 }
 
 fn written(instance: &Instance, class: i64, boxes: usize, which: u64) {

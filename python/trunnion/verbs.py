@@ -328,9 +328,9 @@ def pack(
         turn: none, z90 (quarter turns about Z), z (any angle about Z) or any.
         goal: runs (all pieces in the fewest), fill (the most value in one run) or height (all in one run, as low as possible).
         fill: values for the goal fill: volume, file (those of the boxes), or a value above 0 for each model or line.
-        method: auto, ip, ip-local-search or tabu; for models also coverings and anneal.
+        method: auto, blocks, ip, ip-local-search or tabu; for models also coverings and anneal.
         used_distance, direction_distance: neighbourhood of ip-local-search, both or none.
-        time_s: time limit; else a step limit, the same on every machine.
+        time_s: time limit, reading and the exact test included; else a step limit, the same on every machine.
         inflate_mm: pack coarser meshes around the models, their vertices raised by at most this much.
         no_interlock: models must lift straight out, one after the other.
         seed: of the random methods.

@@ -40,6 +40,7 @@ pub fn packed(done: &PackResult) -> Value {
         "ended": ended, "interrupted": done.interrupted(), "method": done.method,
         "space_mm": done.space_mm, "gap_mm": done.gap_mm, "clearance_mm": done.clearance_mm,
         "left_out": done.left_out.iter().map(left).collect::<Vec<_>>(), "seconds": done.seconds,
+        "seconds_reading": done.reading_s, "seconds_testing": done.testing_s,
     });
     if done.goal == PackGoal::Filling {
         all["value"] = json!(done.value);

@@ -41,6 +41,10 @@ pub fn packed(done: &PackResult) -> String {
         let _ = writeln!(out, "left out: {count} of {name}");
     }
     let _ = writeln!(out, "{} after {:.2} s by {}", done.end(), done.seconds, done.method);
+    if let Some(limit) = done.limit_s.filter(|limit| done.reading_s + done.testing_s > *limit) {
+        let (reading, testing) = (done.reading_s, done.testing_s);
+        let _ = writeln!(out, "longer than {limit} s: reading took {reading:.2} s and the exact test {testing:.2} s");
+    }
     out
 }
 

@@ -13,10 +13,10 @@ use super::instance::{Instance, Triple};
 
 /// A function along one axis, as what it makes of a length, over `den`.
 #[derive(Clone)]
-struct Shares {
-    den: i128,
+pub(super) struct Shares {
+    pub(super) den: i128,
     /// By item, then by the item's turned sizes.
-    of: Vec<Vec<i128>>,
+    pub(super) of: Vec<Vec<i128>>,
 }
 
 /// Functions that are tried on an axis, at most.
@@ -27,43 +27,6 @@ const MOST_SUMS: usize = 20_000;
 const MOST_SUMMED: usize = 500;
 /// Boxes times triples of functions that are looked at, at most.
 const MOST_WORK: usize = 4_000_000;
-
-/// The least number of runs that can hold all boxes; of a drawn instance ([`Instance::drawn`]) with boxes that all fit.
-pub fn fewest_runs(instance: &Instance) -> usize {
-    let sizes = instance.sizes();
-    let mut best = usize::from(!instance.items.is_empty());
-    each_triple(&axes(instance, &sizes), &sizes, &mut |functions| {
-        let den: i128 = functions.iter().map(|f| f.den).product();
-        let sum: i128 = (0..sizes.len()).map(|item| weight(functions, &sizes, item)).sum();
-        best = best.max(((sum + den - 1) / den) as usize);
-    });
-    best
-}
-
-/// The least height of one run that holds all boxes, units; of a drawn instance ([`Instance::drawn`]) whose z is a limit, with boxes that all fit.
-///
-/// A height is refuted where a box is higher however it may be turned, or where the boxes need a second run of that height. What is left is
-/// rounded up to a sum of the boxes' heights, where these are few: in a packing whose boxes have sunk, some stand on each other all the way up. 0
-/// without boxes, one more than the limit where that is refuted itself.
-pub fn least_height(instance: &Instance) -> i64 {
-    let sizes = instance.sizes();
-    let [.., limit] = instance.space;
-    let tallest = sizes.iter().filter_map(|turned| turned.iter().map(|size| size[2]).min()).max().unwrap_or(0);
-    let refuted = |height: i64| {
-        let [wide, deep, _] = instance.space;
-        fewest_runs(&Instance { space: [wide, deep, height], ..instance.clone() }) > 1
-    };
-    // All below `low` is refuted, `high` is not.
-    let (mut low, mut high) = (tallest, limit + 1);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if refuted(middle) { low = middle + 1 } else { high = middle }
-    }
-    match sums(&sizes, 2, limit) {
-        Some(sums) => sums[sums.partition_point(|&sum| sum < low)..].first().copied().unwrap_or(limit + 1),
-        None => low,
-    }
-}
 
 /// The most value that one run can hold; boxes that do not fit count nothing.
 pub fn most_value(instance: &Instance) -> f64 {
@@ -99,13 +62,13 @@ fn knapsack(sorted: &[(f64, f64)]) -> f64 {
 }
 
 /// The least that an item takes of a run, over the product of the denominators.
-fn weight(functions: [&Shares; 3], sizes: &[Vec<Triple>], item: usize) -> i128 {
+pub(super) fn weight(functions: [&Shares; 3], sizes: &[Vec<Triple>], item: usize) -> i128 {
     let turned = 0..sizes[item].len();
     turned.map(|t| functions.iter().map(|f| f.of[item][t]).product()).min().unwrap_or(0)
 }
 
 /// Triples of functions: all of them where they are few, else each with the identity and with itself along the other axes.
-fn each_triple(axes: &[Vec<Shares>; 3], sizes: &[Vec<Triple>], visit: &mut dyn FnMut([&Shares; 3])) {
+pub(super) fn each_triple(axes: &[Vec<Shares>; 3], sizes: &[Vec<Triple>], visit: &mut dyn FnMut([&Shares; 3])) {
     let all: usize = axes.iter().map(Vec::len).product::<usize>() * sizes.len();
     let whole = all <= MOST_WORK;
     for (i, x) in axes[0].iter().enumerate() {
@@ -120,7 +83,7 @@ fn each_triple(axes: &[Vec<Shares>; 3], sizes: &[Vec<Triple>], visit: &mut dyn F
     }
 }
 
-fn axes(instance: &Instance, sizes: &[Vec<Triple>]) -> [Vec<Shares>; 3] {
+pub(super) fn axes(instance: &Instance, sizes: &[Vec<Triple>]) -> [Vec<Shares>; 3] {
     [0, 1, 2].map(|k| {
         let mut lengths: Vec<i64> = sizes.iter().flatten().map(|size| size[k]).collect();
         let room = longest_sum(sizes, k, instance.space[k]);
@@ -193,7 +156,7 @@ fn spread(all: Vec<i64>, count: usize) -> Vec<i64> {
 }
 
 /// The longest sum of lengths along axis `k`, each box once and as turned in any way, that is at most `room`; `room` where sums are many.
-fn longest_sum(sizes: &[Vec<Triple>], k: usize, room: i64) -> i64 {
+pub(super) fn longest_sum(sizes: &[Vec<Triple>], k: usize, room: i64) -> i64 {
     let longest = each_sum(sizes, k, room, |sums| sums.last() == Some(&room)).and_then(|sums| sums.last().copied());
     // Without boxes nothing is divided by it.
     longest.filter(|&sum| sum > 0).unwrap_or(room)

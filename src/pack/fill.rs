@@ -5,6 +5,7 @@ use super::spaces::{Rule, Run};
 use super::watch::Watch;
 
 /// An instance made ready for searches: drawn out by its gap, with each box's sizes.
+#[derive(Clone)]
 pub(super) struct Ready {
     pub(super) space: Triple,
     pub(super) sizes: Vec<Vec<Triple>>,
@@ -41,6 +42,11 @@ impl Ready {
             sizes,
             least,
         }
+    }
+
+    /// Whether some boxes are alike.
+    pub(super) fn has_equal(&self) -> bool {
+        self.kinds > 0
     }
 
     /// Puts what fits of `order` into `run`, one after the other; what does not fit stays in `order`. `turns`: by box which of its turns it

@@ -54,8 +54,8 @@ pub struct Item {
     pub size: Triple,
     /// What having it in a run is worth; looked at where a run is filled.
     pub value: f64,
-    /// Whether its own z stays upward: of the turns that are allowed only those about Z.
-    pub upright: bool,
+    /// Which of its own axes may point up or down where turns of any kind are allowed.
+    pub up: [bool; 3],
 }
 
 /// Boxes and the space that each run has for them.
@@ -145,10 +145,12 @@ impl Instance {
         self.items.iter().map(|item| self.turned(item).into_iter().filter(fits).collect()).collect()
     }
 
-    /// The sizes that an item may have, each once, its own first.
+    /// The sizes that an item may have, each once, its own first where it is one of them.
     pub fn turned(&self, item: &Item) -> Vec<Triple> {
-        let turns = if item.upright && self.turns == Turns::Any { Turns::Z90 } else { self.turns };
-        turns.sizes(item.size)
+        let all = self.turns.sizes(item.size);
+        // Of equal lengths any may be the one that is up.
+        let stands = |size: &Triple| (0..3).any(|k| item.up[k] && size[2] == item.size[k]);
+        if self.turns == Turns::Any { all.into_iter().filter(stands).collect() } else { all }
     }
 
     /// The value of what is placed.

@@ -365,7 +365,7 @@ mod tests {
     /// From an empty run as many boxes come as the used distance allows, the most valuable first.
     #[test]
     fn a_neighbourhood_is_as_wide_as_it_says() {
-        let item = |value| Item { size: [5, 10, 10], value, upright: false };
+        let item = |value| Item { size: [5, 10, 10], value, up: [true; 3] };
         let instance = Instance {
             space: [20, 10, 10],
             gap: 0,

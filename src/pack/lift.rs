@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use super::solid::{PackSolid, Put, Room};
 use super::voxels::{reach, slabs};
-use crate::geom::Vec3;
+use crate::geom::{Bounds, Vec3};
 
 /// How a run is emptied.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,13 +42,20 @@ fn of_run(solids: &[PackSolid], room: &Room, put: &[Put], run: usize) -> Lift {
             columns.entry(column).or_default().push((index, low, high));
         }
     }
-    // Whom each one waits for.
-    let mut above: Vec<std::collections::BTreeSet<usize>> = vec![Default::default(); own.len()];
+    // Whom each one waits for: a row of marks each, as the same two meet in very many columns.
+    let mut waits = vec![false; own.len() * own.len()];
     for all in columns.values() {
         for (i, low, _) in all {
-            above[*i].extend(all.iter().filter(|(j, _, high)| j != i && high > low).map(|(j, ..)| *j));
+            for (j, ..) in all.iter().filter(|(j, _, high)| j != i && high > low) {
+                waits[i * own.len() + j] = true;
+            }
         }
     }
+    let above: Vec<Vec<usize>> = if own.is_empty() {
+        Vec::new()
+    } else {
+        waits.chunks(own.len()).map(|row| (0..own.len()).filter(|&j| row[j]).collect()).collect()
+    };
     let mut left: Vec<usize> = (0..own.len()).collect();
     let mut order = Vec::new();
     while let Some(next) = left.iter().position(|&i| above[i].iter().all(|j| !left.contains(j))) {
@@ -58,17 +65,23 @@ fn of_run(solids: &[PackSolid], room: &Room, put: &[Put], run: usize) -> Lift {
 }
 
 /// The lowest and highest of a piece over each column that it reaches into, mm.
-fn silhouette(solids: &[PackSolid], put: &Put, step: f64) -> HashMap<[i32; 2], [f64; 2]> {
-    let mut found: HashMap<[i32; 2], [f64; 2]> = HashMap::new();
-    for corners in solids[put.model].turned(&put.turn) {
-        let moved: Vec<Vec3> = corners.iter().map(|p| (p + put.shift) / step).collect();
-        for (x, slab) in slabs(&moved, 0, i32::MAX) {
+fn silhouette(solids: &[PackSolid], put: &Put, step: f64) -> Vec<([i32; 2], [f64; 2])> {
+    let facets = solids[put.model].turned(&put.turn);
+    let moved: Vec<[Vec3; 3]> = facets.iter().map(|corners| corners.map(|p| (p + put.shift) / step)).collect();
+    let ends = Bounds::of(moved.iter().flatten().copied());
+    // One beyond either end, for what lies just on the border of a column.
+    let [from, to] = [(ends.min, -1), (ends.max, 1)].map(|(end, more)| [0, 1].map(|k| end[k].floor() as i32 + more));
+    let wide = [0, 1].map(|k| (to[k] - from[k] + 1).max(1) as usize);
+    let mut found = vec![[f64::INFINITY, f64::NEG_INFINITY]; wide[0] * wide[1]];
+    for corners in &moved {
+        for (x, slab) in slabs(corners, 0, i32::MAX) {
             for (y, piece) in slabs(&slab, 1, i32::MAX) {
                 let [low, high] = reach(&piece, 2);
-                let known = found.entry([x, y]).or_insert([f64::INFINITY, f64::NEG_INFINITY]);
+                let known = &mut found[(x - from[0]) as usize * wide[1] + (y - from[1]) as usize];
                 *known = [known[0].min(low * step), known[1].max(high * step)];
             }
         }
     }
-    found
+    let reached = found.into_iter().enumerate().filter(|(_, [low, high])| low <= high);
+    reached.map(|(at, ends)| ([from[0] + (at / wide[1]) as i32, from[1] + (at % wide[1]) as i32], ends)).collect()
 }

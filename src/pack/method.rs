@@ -1,13 +1,15 @@
 //! The methods for boxes, by name, and `auto`.
 
-use super::bound::{fewest_runs, least_height, most_value};
+use super::bound::most_value;
 use super::empty::fewer;
+use super::fewest::{by_functions, least_height, nearer};
 use super::fill::{Ready, first_fit};
-use super::filling::fullest;
+use super::filling::{by_blocks, fewest_by_blocks, most};
 use super::height::lowest;
 use super::instance::{BoxPacking, Ended, Instance, Item, Neighbourhood, PackGoal, Placed, height, volume};
 #[cfg(feature = "integer-program")]
 use super::ip::solve;
+use super::loading::Loading;
 use super::tabu::tabu;
 use super::watch::Watch;
 
@@ -28,6 +30,8 @@ pub enum Method {
     IpNear(Neighbourhood),
     /// Tabu search; for the least number of runs.
     Tabu,
+    /// Equal boxes as blocks, a beam search over them; for values and runs.
+    Blocks,
     /// Models as a few boxes each.
     Coverings,
     /// Models on their own surfaces.
@@ -36,11 +40,12 @@ pub enum Method {
 
 impl Method {
     /// By name.
-    pub const NAMED: [(&'static str, Self); 6] = [
+    pub const NAMED: [(&'static str, Self); 7] = [
         ("auto", Self::Auto),
         ("ip", Self::Ip),
         ("ip-local-search", Self::IpLocalSearch),
         ("tabu", Self::Tabu),
+        ("blocks", Self::Blocks),
         ("coverings", Self::Coverings),
         ("anneal", Self::Anneal),
     ];
@@ -132,7 +137,7 @@ pub fn pack(
     {
         return Err(Unpackable::TooLarge(large));
     }
-    if goal == PackGoal::Height && method == Method::Tabu {
+    if goal == PackGoal::Height && matches!(method, Method::Tabu | Method::Blocks) {
         return Err(Unpackable::NoHeight);
     }
     if !method.is_built_in() {
@@ -177,13 +182,19 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn by(&self, method: Method, watch: &mut Watch<'_>) -> BoxPacking {
+        let ready = Ready::of(self.instance);
         let bound = match self.goal {
-            PackGoal::Runs => fewest_runs(self.instance) as f64,
+            // Up to what is found at once: then it is proved.
+            PackGoal::Runs => {
+                let known = by_functions(self.instance);
+                let found = first_fit(&ready, watch).len();
+                nearer(self.instance, known, found).runs as f64
+            }
             PackGoal::Filling => most_value(self.instance),
             PackGoal::Height => least_height(self.instance) as f64,
         };
-        let ready = Ready::of(self.instance);
         match method {
+            Method::Blocks => self.answer(self.blocks(&ready, bound, watch), bound, false, watch),
             Method::Tabu => self.answer(flat(&tabu(&ready, bound as usize, watch)), bound, false, watch),
             #[cfg(feature = "integer-program")]
             Method::Ip | Method::IpLocalSearch | Method::IpNear(_) => {
@@ -209,10 +220,19 @@ impl Search<'_> {
         }
     }
 
+    fn blocks(&self, ready: &Ready, bound: f64, watch: &mut Watch<'_>) -> Vec<Placed> {
+        if self.goal == PackGoal::Runs {
+            return flat(&fewest_by_blocks(ready, bound as usize, watch));
+        }
+        let mut loading = Loading::of(ready, watch);
+        while loading.wider(bound, watch) && loading.value() < bound * (1.0 - 1e-8) && watch.goes_on() {}
+        loading.placed()
+    }
+
     fn start(&self, ready: &Ready, bound: f64, watch: &mut Watch<'_>) -> Vec<Placed> {
         match self.goal {
-            PackGoal::Runs => flat(&fewer(ready, first_fit(ready, watch), bound as usize, self.seed, watch)),
-            PackGoal::Filling => fullest(ready, bound, self.seed, watch),
+            PackGoal::Runs => flat(&fewer(ready, first_runs(ready, bound, watch), bound as usize, self.seed, watch)),
+            PackGoal::Filling => most(ready, bound, self.seed, watch),
             PackGoal::Height if bound > self.instance.space[2] as f64 => Vec::new(),
             PackGoal::Height => lowest(ready, bound as i64, self.seed, watch).unwrap_or_default(),
         }
@@ -273,6 +293,16 @@ impl Search<'_> {
             _ => made,
         }
     }
+}
+
+/// First fit; where boxes are equal and that is not the fewest, runs filled by blocks if they are fewer.
+fn first_runs(ready: &Ready, bound: f64, watch: &mut Watch<'_>) -> Vec<Vec<Placed>> {
+    let first = first_fit(ready, watch);
+    if first.len() as f64 <= bound || !ready.has_equal() || !watch.goes_on() {
+        return first;
+    }
+    let blocks = by_blocks(ready, 1, watch);
+    if blocks.len() < first.len() { blocks } else { first }
 }
 
 fn flat(runs: &[Vec<Placed>]) -> Vec<Placed> {

@@ -11,7 +11,7 @@
 //! use trunnion::pack::{Ended, Instance, Item, Method, PackGoal, Turns, Watch, check, pack};
 //!
 //! // Five cubes of 50 mm, and runs that have room for four of them side by side; whole units, here mm.
-//! let cube = Item { size: [50, 50, 50], value: 1.0, upright: false };
+//! let cube = Item { size: [50, 50, 50], value: 1.0, up: [true; 3] };
 //! let boxes = Instance { space: [110, 110, 60], gap: 10, turns: Turns::None, items: vec![cube; 5] };
 //!
 //! // A million steps at most; nothing ends the search before.
@@ -30,11 +30,13 @@
 mod anneal;
 mod apart;
 mod askew;
+mod blocks;
 mod bound;
 mod check;
 mod composite;
 mod covering;
 mod empty;
+mod fewest;
 mod fill;
 mod filling;
 mod grid;
@@ -43,10 +45,13 @@ mod instance;
 #[cfg(feature = "integer-program")]
 mod ip;
 mod lift;
+mod loading;
 mod method;
 mod models;
 mod nest;
 mod obb;
+mod reach;
+mod scales;
 mod solid;
 mod spaces;
 mod table;
@@ -56,8 +61,9 @@ mod watch;
 
 pub use apart::{Clash, ROUNDING_MM, apart};
 pub use askew::Askew;
-pub use bound::{fewest_runs, least_height, most_value};
+pub use bound::most_value;
 pub use check::{PackFault, check};
+pub use fewest::{RunsProof, fewest_runs, least_height, runs_proof};
 pub use instance::{
     BoxPacking, Ended, Instance, Item, LONGEST, Neighbourhood, PackGoal, Placed, Triple, Turns, height, volume,
 };
@@ -66,4 +72,4 @@ pub use method::{MOST_BOXES, Method, Unpackable, pack};
 pub use models::{Packed, not_low, pack_models, packing_bound};
 pub use solid::{PackSolid, Put, Room, axis_and_angle};
 pub use table::{Spot, on_table};
-pub use watch::{Asked, Watch};
+pub use watch::{Asked, Shown, Watch};

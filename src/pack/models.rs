@@ -51,6 +51,14 @@ pub fn pack_models(
     }
     let bound = packing_bound(solids, room, goal);
     let boxed = Boxed::of(solids, room);
+    if watch.is_showing() {
+        // As short as can be: somebody wants to see what a packing is like before most of the time is spent.
+        let mut asked = |_| Some(Ended::Steps);
+        if let Ok(first) = pack(&boxed.instance, goal, Method::Auto, seed, &mut Watch::new(1, &mut asked)) {
+            let put: Vec<Put> = first.placed.iter().map(|p| boxed.put(solids, p.run, p.item, p.at, p.size)).collect();
+            watch.show(&put);
+        }
+    }
     let by_boxes = {
         // Half of all steps at most where cells come afterwards.
         let mut asked = |_| (!watch.spend(2000)).then(|| watch.ended());
@@ -169,7 +177,7 @@ pub fn packing_bound(solids: &[PackSolid], room: &Room, goal: PackGoal) -> f64 {
         }
         PackGoal::Filling => {
             let unit = |solid: &PackSolid| ((grown(solid) / space * 1e6).floor() as i64).clamp(1, 1_000_000);
-            let one = |solid: &PackSolid| Item { size: [unit(solid), 1, 1], value: solid.value, upright: false };
+            let one = |solid: &PackSolid| Item { size: [unit(solid), 1, 1], value: solid.value, up: [true; 3] };
             let items = solids.iter().flat_map(|solid| std::iter::repeat_n(one(solid), solid.copies)).collect();
             most_value(&Instance { space: [1_000_000, 1, 1], gap: 0, turns: Turns::None, items })
         }
@@ -227,7 +235,7 @@ impl Boxed {
         let (mut items, mut pieces) = (Vec::new(), Vec::new());
         for (model, solid) in solids.iter().enumerate() {
             for copy in 0..solid.copies {
-                items.push(Item { size: turns[model][0].1, value: solid.value, upright: false });
+                items.push(Item { size: turns[model][0].1, value: solid.value, up: [true; 3] });
                 pieces.push((model, copy));
             }
         }

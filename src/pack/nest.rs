@@ -108,6 +108,7 @@ impl<'a> Nest<'a> {
             let found = self.attempt(goal, order, rule, &allowed, size, watch);
             if let Some(found) = found.filter(|f| best.as_ref().is_none_or(|b| f.worth > b.worth)) {
                 lowest = if goal == PackGoal::Height { top_mm(self.solids, &found.put) } else { lowest };
+                watch.show(&found.put);
                 best = Some(found);
             }
             let met = best.as_ref().is_some_and(|b| match goal {

@@ -31,6 +31,21 @@ pub(super) enum Rule {
     Touching,
 }
 
+/// An empty box and the corner of it that is nearest to one of the run's.
+pub(super) struct Corner {
+    pub(super) low: Triple,
+    pub(super) high: Triple,
+    /// Whether it is the high one, by axis.
+    far: [bool; 3],
+}
+
+impl Corner {
+    /// Where the low corner of a box of `size` in it comes.
+    pub(super) fn of(&self, size: &Triple) -> Triple {
+        [0, 1, 2].map(|k| if self.far[k] { self.high[k] - size[k] } else { self.low[k] })
+    }
+}
+
 /// A run that is being filled.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
@@ -54,6 +69,22 @@ impl Run {
         self.spaces.push(Space { low: [0; 3], high: self.size });
         self.placed.clear();
         self.free = volume(&self.size);
+    }
+
+    /// The empty box with the corner nearest to one of the run's own; of equally near ones the largest.
+    pub(super) fn corner(&self) -> Option<Corner> {
+        let away = |space: &Space| {
+            let ends = [0, 1, 2].map(|k| [space.low[k], self.size[k] - space.high[k]]);
+            (ends.iter().map(|[low, high]| low.min(high)).sum::<i64>(), ends.map(|[low, high]| high < low))
+        };
+        let room = |space: &Space| volume(&[0, 1, 2].map(|k| space.high[k] - space.low[k]));
+        let nearest = self.spaces.iter().min_by(|a, b| away(a).0.cmp(&away(b).0).then(room(b).total_cmp(&room(a))))?;
+        Some(Corner { low: nearest.low, high: nearest.high, far: away(nearest).1 })
+    }
+
+    /// Leaves an empty box out of account, as nothing fits in it.
+    pub(super) fn forget(&mut self, corner: &Corner) {
+        self.spaces.retain(|space| space.low != corner.low || space.high != corner.high);
     }
 
     /// The best place by `rule` for a box that may have any of `sizes`: its corner and size.

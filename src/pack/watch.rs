@@ -1,6 +1,7 @@
 //! How long a search may go on: counted steps, which are the same on every machine, and whoever asks for an end.
 
 use super::instance::Ended;
+use super::solid::Put;
 
 /// Asked now and then whether to end, and why; `None` to go on. Told the share of the steps that is spent.
 pub type Asked<'a> = &'a mut dyn FnMut(f64) -> Option<Ended>;
@@ -8,9 +9,13 @@ pub type Asked<'a> = &'a mut dyn FnMut(f64) -> Option<Ended>;
 /// Steps between two questions: some milliseconds.
 const BETWEEN: u64 = 4000;
 
+/// Shown packings of models on the way: the first that there is, and better ones.
+pub type Shown<'a> = &'a mut dyn FnMut(&[Put]);
+
 /// What is left of a search's steps.
 pub struct Watch<'a> {
     asked: Asked<'a>,
+    shown: Option<Shown<'a>>,
     allowed: u64,
     spent: u64,
     next: u64,
@@ -20,7 +25,24 @@ pub struct Watch<'a> {
 impl<'a> Watch<'a> {
     /// So many steps; a step is a box tried in its place.
     pub fn new(allowed: u64, asked: Asked<'a>) -> Self {
-        Self { asked, allowed, spent: 0, next: 0, ended: None }
+        Self { asked, shown: None, allowed, spent: 0, next: 0, ended: None }
+    }
+
+    /// With somebody who is shown packings of models, to know how long their test takes, for example.
+    pub fn showing(self, shown: Shown<'a>) -> Self {
+        Self { shown: Some(shown), ..self }
+    }
+
+    /// Whether anybody is shown packings.
+    pub(super) fn is_showing(&self) -> bool {
+        self.shown.is_some()
+    }
+
+    /// Shows a packing.
+    pub(super) fn show(&mut self, put: &[Put]) {
+        if let Some(shown) = &mut self.shown {
+            shown(put);
+        }
     }
 
     /// Takes `steps`, and says whether the search goes on.
@@ -48,6 +70,11 @@ impl<'a> Watch<'a> {
     /// Whether it has ended, without asking.
     pub(super) fn ended_early(&self) -> bool {
         self.ended.is_some()
+    }
+
+    /// Steps that are spent.
+    pub fn spent(&self) -> u64 {
+        self.spent
     }
 
     /// The share of the steps that is spent.

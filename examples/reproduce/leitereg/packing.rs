@@ -21,7 +21,7 @@ fn boxes(count: usize, seed: u64) -> Instance {
     let mut items: Vec<PackItem> = Vec::new();
     while items.len() < count {
         let size = [0, 1, 2].map(|_| SIDES[0] + numbers.below((SIDES[1] - SIDES[0] + 1) as usize) as i64);
-        let item = PackItem { size, value: volume(&size), upright: false };
+        let item = PackItem { size, value: volume(&size), up: [true; 3] };
         items.extend(std::iter::repeat_n(item, ALIKE.min(count - items.len())));
     }
     Instance { space: [SPACE; 3], gap: 0, turns: Turns::None, items }

@@ -149,7 +149,7 @@ pub(in crate::cli) struct Pack {
     /// Models; MODEL*3 for three copies
     #[arg(value_name = "MODEL[*COUNT]", required_unless_present = "boxes", conflicts_with = "boxes")]
     pub(in crate::cli) models: Vec<PathBuf>,
-    /// Boxes instead of models: a text file with one `width depth height [count [value]] [up]` a line, in mm
+    /// Boxes instead of models: a text file with one `width depth height [count [value]] [up[:AXES]]` a line, in mm
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) boxes: Option<PathBuf>,
     /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
@@ -186,7 +186,7 @@ pub(in crate::cli) struct Pack {
     /// Values for --goal fill: volume, file (values of --boxes), or a value for each model [default: volume]
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(in crate::cli) fill: Option<String>,
-    /// Packing method: auto, ip (integer program), ip-local-search or tabu; for models also coverings and anneal
+    /// Packing method: auto, blocks, ip (integer program), ip-local-search or tabu; for models also coverings and anneal
     #[arg(long, default_value_t = PackOptions::default().method)]
     pub(in crate::cli) method: String,
     /// Neighbourhood of ip-local-search: boxes that may come or go in a step [default: 2, then 5, then 8]
@@ -195,7 +195,7 @@ pub(in crate::cli) struct Pack {
     /// Neighbourhood of ip-local-search: relations between boxes (left of, below, ..) that may change in a step [default: 30, then 20, then 10]
     #[arg(long, value_name = "N", requires = "used_distance")]
     pub(in crate::cli) direction_distance: Option<u32>,
-    /// Time limit [default: a step limit, the same on every machine]
+    /// Time limit, reading and the exact test included [default: a step limit, the same on every machine]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub(in crate::cli) time: Option<f64>,
     /// Pack coarser meshes around the models, their vertices raised by at most this much; the result is tested on the models themselves

@@ -1,6 +1,7 @@
-//! Boxes from a text, a line each; a last word `up` says that a box is only turned about Z.
+//! Boxes from a text, a line each; a last word `up` says that a box is only turned about Z, `up:yz` that its own y or z is upright.
 
 use super::error::PackError;
+use super::limit::Limit;
 use super::result::{self, PackResult, UNITS};
 use super::{Asked, BadPacking, MOST_PIECES, PackSpace, counted};
 use crate::input::Source;
@@ -13,11 +14,22 @@ struct Line {
     size: [f64; 3],
     count: usize,
     value: f64,
-    upright: bool,
+    up: [bool; 3],
 }
 
-/// The word for a box that stays upright.
+/// The word for a box that stays upright; after a colon the axes that may be, if others than z.
 const UPRIGHT: &str = "up";
+const AXES: &str = "xyz";
+
+/// Without the last word where that says what may be upright, and what it says.
+fn upright(said: &str) -> Option<(&str, [bool; 3])> {
+    let (numbers, word) = said.rsplit_once([' ', '\t', ',']).unwrap_or(("", said));
+    let Some(rest) = word.strip_prefix(UPRIGHT).filter(|_| !numbers.is_empty()) else { return Some((said, [true; 3])) };
+    let axes = if rest.is_empty() { "z" } else { rest.strip_prefix(':')? };
+    let up = [0, 1, 2].map(|k| axes.contains(&AXES[k..=k]));
+    // Each once.
+    (axes.len() == up.iter().filter(|&&up| up).count() && !axes.is_empty()).then_some((numbers, up))
+}
 
 /// Whether a word between blanks is a number as half the world writes it, `10,5`: here it would be two.
 fn has_decimal_comma(word: &str) -> bool {
@@ -38,10 +50,7 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
             return Err(BadPacking::Comma { name: name.to_owned(), line: index + 1, text: (*word).to_owned() });
         }
         let bad = || BadPacking::Line { name: name.to_owned(), line: index + 1, text: said.to_owned() };
-        let (said_numbers, upright) = match said.strip_suffix(UPRIGHT) {
-            Some(rest) if rest.ends_with([' ', '\t', ',']) => (rest, true),
-            _ => (said, false),
-        };
+        let (said_numbers, up) = upright(said).ok_or_else(bad)?;
         let numbers: Option<Vec<f64>> = said_numbers
             .split([' ', '\t', ','])
             .filter(|word| !word.is_empty())
@@ -58,7 +67,7 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
         }
         let place = format!("{name}, line {}", index + 1);
         let count = counted(&place, numbers.get(3).copied().unwrap_or(1.0))?;
-        lines.push(Line { name: place, size, count, value, upright });
+        lines.push(Line { name: place, size, count, value, up });
     }
     let pieces = lines.iter().map(|line| line.count).sum();
     match pieces {
@@ -74,6 +83,7 @@ pub(super) fn packed(
     space: &PackSpace,
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
+    limit: &Limit<'_>,
     world: &World<'_>,
 ) -> Result<PackResult, PackError> {
     let name = source.name().into_owned();
@@ -85,27 +95,28 @@ pub(super) fn packed(
     let copies = lines.iter().enumerate().flat_map(|(index, line)| std::iter::repeat_n(index, line.count));
     let of: Vec<usize> = copies.collect();
     let item = |&line: &usize| {
-        let Line { size, upright, .. } = lines[line];
-        Item { size: size.map(units), value: values[line], upright }
+        let Line { size, up, .. } = lines[line];
+        Item { size: size.map(units), value: values[line], up }
     };
     let items: Vec<Item> = of.iter().map(item).collect();
     let gap_mm = asked.options.gap_mm.unwrap_or(0.0);
     // One on the other, each as high as it may be turned.
     let highest = |line: &Line| {
-        let lying = asked.turns != Turns::Any || line.upright;
-        (if lying { line.size[2] } else { line.size.into_iter().fold(0.0, f64::max) } + gap_mm) * line.count as f64
+        let up = if asked.turns == Turns::Any { line.up } else { [false, false, true] };
+        let high = (0..3).filter(|&k| up[k]).map(|k| line.size[k]).fold(0.0, f64::max);
+        (high + gap_mm) * line.count as f64
     };
     let units_of = |mm: f64| (mm * UNITS + 1e-3).floor() as i64;
     let fit_in = space.up_to(lines.iter().map(highest).sum()).map(units_of);
     let mut instance = Instance { space: fit_in, gap: units(gap_mm), turns: asked.turns, items };
     let goal = asked.goal;
     let seed = asked.options.seed;
-    let answer = asked.watched(stop, world, |watch| pack(&instance, goal, asked.method, seed, watch));
+    let answer =
+        asked.watched(stop, limit, world, &mut |_| (), |watch| pack(&instance, goal, asked.method, seed, watch));
     let no_fit = |item: usize| {
         let line = &lines[of[item]];
-        let upright = line.upright && asked.turns == Turns::Any;
-        let (name, turn) = (line.name.clone(), asked.turns);
-        BadPacking::NoFit { name, size: line.size, space: space.lengths_mm(), turn, upright, proved: true }
+        let (name, turn, up) = (line.name.clone(), asked.turns, line.up);
+        BadPacking::NoFit { name, size: line.size, space: space.lengths_mm(), turn, up, proved: true }
     };
     let answer = answer.map_err(|why| asked.unpackable(why, space.height_mm, no_fit))?;
     if goal == PackGoal::Height {
@@ -122,10 +133,13 @@ mod tests {
 
     #[test]
     fn lines_are_read_or_refused_by_number() {
-        let good = lines("b.txt", "# boxes\n1 2 3\n\n4.5,5,6 2  # two\n7\t8 9 3 1.5 up\n1 2 3 up\n").unwrap();
-        let told: Vec<_> = good.iter().map(|l| (l.size, l.count, l.value, l.upright)).collect();
-        let [one, two] = [([1.0, 2.0, 3.0], 1, 6.0, false), ([4.5, 5.0, 6.0], 2, 135.0, false)];
-        assert_eq!(told, [one, two, ([7.0, 8.0, 9.0], 3, 1.5, true), ([1.0, 2.0, 3.0], 1, 6.0, true)]);
+        let good =
+            lines("b.txt", "# boxes\n1 2 3\n\n4.5,5,6 2  # two\n7\t8 9 3 1.5 up\n1 2 3 up\n1 2 3 up:zx\n").unwrap();
+        let told: Vec<_> = good.iter().map(|l| (l.size, l.count, l.value, l.up)).collect();
+        let ([any, z], cube) = ([[true; 3], [false, false, true]], [1.0, 2.0, 3.0]);
+        let more = [([7.0, 8.0, 9.0], 3, 1.5, z), (cube, 1, 6.0, z), (cube, 1, 6.0, [true, false, true])];
+        assert_eq!(told[..2], [(cube, 1, 6.0, any), ([4.5, 5.0, 6.0], 2, 135.0, any)]);
+        assert_eq!(told[2..], more);
         for (text, wanted) in [
             ("1 2", "line 1"),
             ("1 2 3\n1 2 x", "line 2"),
@@ -134,6 +148,9 @@ mod tests {
             ("1 2 inf", "line 1"),
             ("1 2 3up", "line 1"),
             ("1 2 3 down", "line 1"),
+            ("1 2 3 up:", "line 1"),
+            ("1 2 3 up:zz", "line 1"),
+            ("1 2 3 up:zw", "line 1"),
             ("up", "line 1"),
             ("1 2 up 3", "line 1"),
             ("1 2 3.0001", "line 1"),

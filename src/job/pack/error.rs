@@ -52,8 +52,8 @@ pub enum BadPacking {
     /// A model or box that does not fit.
     #[error(
         "{name}: {} mm {} in the space of {} mm {}; enlarge the space{}, or cut it (trunnion split)",
-        sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn, *upright),
-        if *upright { ", remove `up`" } else if *turn == Turns::Any { "" } else { ", allow any rotation (--turn any)" }
+        sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn, *up),
+        if *turn == Turns::Any && *up != [true; 3] { ", remove `up`" } else if *turn == Turns::Any { "" } else { ", allow any rotation (--turn any)" }
     )]
     NoFit {
         /// The model or line.
@@ -64,8 +64,8 @@ pub enum BadPacking {
         space: [f64; 3],
         /// How it may be turned.
         turn: Turns,
-        /// Whether it may be turned so but for a word that keeps it upright.
-        upright: bool,
+        /// Which of its own axes may be upright where it may be turned in any way.
+        up: [bool; 3],
         /// Whether that is sure: turned in every way, it may not be settled.
         proved: bool,
     },
@@ -93,7 +93,7 @@ pub enum BadPacking {
     /// A line that is not a box.
     #[error(
         "{name}, line {line}: {text:?} must be width, depth and height (0.001 to 1000000 mm, three decimals at most), then count and value (above \
-         0), then `up` for a box that stays upright; for example 20 30 15.5 4 1.5 up"
+         0), then `up` for a box that stays upright, or `up:yz` for one whose y or z may be upright; for example 20 30 15.5 4 1.5 up"
     )]
     Line {
         /// The file.
@@ -151,9 +151,10 @@ fn sizes(size: &[f64; 3]) -> String {
     finite.map(|length| format!("{}", (length * 1000.0).round() / 1000.0)).collect::<Vec<_>>().join(" x ")
 }
 
-fn turned(turn: Turns, upright: bool) -> &'static str {
+fn turned(turn: Turns, up: [bool; 3]) -> &'static str {
     match turn {
-        Turns::Any if upright => "upright, at any quarter turn about Z",
+        Turns::Any if up == [false, false, true] => "upright, at any quarter turn about Z",
+        Turns::Any if up != [true; 3] => "on any of the sides that its `up` allows",
         Turns::None => "as it is",
         Turns::Z90 => "at any quarter turn about Z",
         Turns::Z => "at any angle about Z",

@@ -3,25 +3,25 @@
 mod boxes;
 mod error;
 mod inflated;
+mod limit;
 mod plates;
 mod result;
 mod space;
 mod table;
 
-use std::time::Duration;
-
 use crate::input::load_unposed;
 use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, load_profile};
 use crate::mesh::is_overlap;
 use crate::pack::{
-    Askew, Clash, Ended, Method, Neighbourhood, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart,
-    lift, not_low, pack_models, packing_bound,
+    Askew, Ended, Method, Neighbourhood, PackGoal, PackSolid, Packed, Put, Room, Shown, Turns, Unpackable, Watch,
+    not_low, pack_models, packing_bound,
 };
 use crate::spelling::nearest;
 use crate::world::World;
 pub use error::{BadPacking, PackError};
 pub use inflated::Coarsened;
 use inflated::Inflated;
+use limit::Limit;
 pub use plates::Plates;
 use result::UNITS;
 pub use result::{PackResult, Piece, Plate};
@@ -73,7 +73,7 @@ pub struct PackOptions {
     /// How far the integer program's local search goes from the best packing: boxes that come or go, and relations between boxes that change; `None`: the
     /// thesis's three, one after the other.
     pub near: Option<[u32; 2]>,
-    /// When to end, s; `None`: after a number of steps that is the same on every machine.
+    /// When to be done with everything, reading and the exact test too, s; `None`: after a number of steps that is the same on every machine.
     pub seconds: Option<f64>,
     /// Models are packed as coarser meshes around them whose vertices are raised by this at most, mm; `None`: as they are.
     pub inflate_mm: Option<f64>,
@@ -119,21 +119,28 @@ const STEPS: u64 = 10_000_000;
 /// models, boxes and machine may say.
 pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -> Result<PackResult, PackError> {
     let asked = Asked::of(request)?;
-    let start = world.clock.now();
+    let limit = Limit::begin(request.options.seconds, world);
+    let read = |models: &[(ModelSource, usize)]| {
+        let models = loaded(models, world)?;
+        Ok::<_, PackError>((models, limit.spent().as_secs_f64()))
+    };
     let mut done = match (&request.contents, &request.into) {
-        (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, space, &asked, stop, world)?,
+        (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, space, &asked, stop, &limit, world)?,
         (Contents::Boxes(source), Into::Table(_)) => {
             return Err(BadPacking::BoxesOnTable(source.name().into_owned()).into());
         }
         (Contents::Models(models), Into::Space(space)) => {
-            in_space(&loaded(models, world)?, space, &asked, stop, world)?
+            let (models, reading) = read(models)?;
+            PackResult { reading_s: reading, ..in_space(&models, space, &asked, stop, &limit, world)? }
         }
         (Contents::Models(models), Into::Table(machine)) => {
             let machine = load_profile(machine, world)?;
-            table::packed(&loaded(models, world)?, &machine, &asked, stop, world)?
+            let (models, reading) = read(models)?;
+            PackResult { reading_s: reading, ..table::packed(&models, &machine, &asked, stop, &limit, world)? }
         }
     };
-    done.seconds = (world.clock.now() - start).as_secs_f64();
+    done.seconds = limit.spent().as_secs_f64();
+    done.limit_s = request.options.seconds;
     Ok(done)
 }
 
@@ -195,21 +202,31 @@ impl<'a> Asked<'a> {
     }
 
     /// Runs `search` with a watch that ends by steps, by the clock or by `stop`.
-    fn watched<T>(&self, stop: &dyn Fn() -> bool, world: &World<'_>, search: impl FnOnce(&mut Watch<'_>) -> T) -> T {
+    fn watched<T>(
+        &self,
+        stop: &dyn Fn() -> bool,
+        limit: &Limit<'_>,
+        world: &World<'_>,
+        shown: &mut dyn FnMut(&[Put]),
+        search: impl FnOnce(&mut Watch<'_>) -> T,
+    ) -> T {
         let bar = world.progress.begin("packing", 100);
-        let start = world.clock.now();
-        let limit = self.options.seconds.map(Duration::from_secs_f64);
-        let mut ask = |share: f64| {
-            let spent = world.clock.now() - start;
-            let share = limit.map_or(share, |limit| spent.as_secs_f64() / limit.as_secs_f64());
-            bar.at((100.0 * share.min(1.0)) as usize);
+        let mut ask = |steps: f64| {
+            let share = limit.share();
+            bar.at((100.0 * share.unwrap_or(steps).min(1.0)) as usize);
             if stop() {
                 return Some(Ended::Interrupted);
             }
-            limit.filter(|limit| spent >= *limit).map(|_| Ended::Time)
+            share.filter(|share| *share >= 1.0).map(|_| Ended::Time)
         };
-        let steps = if limit.is_some() { u64::MAX } else { STEPS };
-        search(&mut Watch::new(steps, &mut ask))
+        let shown: Option<Shown<'_>> = if limit.is_set() { Some(shown) } else { None };
+        let steps = if limit.is_set() { u64::MAX } else { STEPS };
+        let mut watch = Watch::new(steps, &mut ask);
+        watch = match shown {
+            Some(shown) => watch.showing(shown),
+            None => watch,
+        };
+        search(&mut watch)
     }
 
     fn unpackable(&self, why: Unpackable, limit_mm: Option<f64>, no_fit: impl Fn(usize) -> BadPacking) -> BadPacking {
@@ -276,6 +293,7 @@ fn in_space(
     space: &PackSpace,
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
+    limit: &Limit<'_>,
     world: &World<'_>,
 ) -> Result<PackResult, PackError> {
     let solids = solids(models, asked)?;
@@ -292,7 +310,8 @@ fn in_space(
     let sought = inflated.as_ref().map_or(&solids, |inflated| &inflated.solids);
     let space_mm = space.up_to(sought.iter().map(highest).sum());
     let room = Room { space_mm, gap_mm, turns: asked.turns, liftable: asked.options.no_interlock };
-    let packed = asked.watched(stop, world, |watch| {
+    let mut shown = |put: &[_]| limit.rehearse(&solids, &room, put);
+    let packed = asked.watched(stop, limit, world, &mut shown, |watch| {
         pack_models(sought, &room, goal, asked.method, asked.shapes, asked.options.seed, watch)
     });
     let no_fit = |model: usize| {
@@ -300,8 +319,8 @@ fn in_space(
         match inflated.is_some() && fits(&solids[model]) {
             true => Inflated::too_large(&models[model].0.file),
             false => match no_fit(models, &solids, model, &room) {
-                BadPacking::NoFit { name, size, turn, upright, proved, .. } => {
-                    BadPacking::NoFit { name, size, space: space.lengths_mm(), turn, upright, proved }
+                BadPacking::NoFit { name, size, turn, up, proved, .. } => {
+                    BadPacking::NoFit { name, size, space: space.lengths_mm(), turn, up, proved }
                 }
                 other => other,
             },
@@ -317,7 +336,7 @@ fn in_space(
         Some(inflated) => inflated.of_models(packed, &solids, &room, goal),
         None => packed,
     };
-    let done = proved(models, &solids, &room, packed, asked)?;
+    let done = proved(models, &solids, &room, packed, asked, limit)?;
     Ok(PackResult { inflated: inflated.map(|inflated| inflated.tally), ..done })
 }
 
@@ -331,7 +350,7 @@ fn no_fit(models: &[(LoadedModel, usize)], solids: &[PackSolid], model: usize, r
     let size = solids[model].bounds(&crate::geom::Mat3::identity()).size().into();
     let proved = solids[model].askew(room) == Askew::Never;
     let (name, space) = (models[model].0.file.clone(), room.space_mm);
-    BadPacking::NoFit { name, size, space, turn: room.turns, upright: false, proved }
+    BadPacking::NoFit { name, size, space, turn: room.turns, up: [true; 3], proved }
 }
 
 /// The packing as a result, once the independent test has passed it.
@@ -341,11 +360,13 @@ fn proved(
     room: &Room,
     packed: Packed,
     asked: &Asked<'_>,
+    limit: &Limit<'_>,
 ) -> Result<PackResult, PackError> {
-    let clearance = apart(solids, room, &packed.put).map_err(|clash: Clash| BadPacking::Unproved(clash.to_string()))?;
-    let lifts = lift(solids, room, &packed.put);
+    let (proof, testing) = limit.proved(solids, room, &packed.put);
+    let (clearance, lifts) = proof?;
     if room.liftable && lifts.iter().any(|lift| !lift.locked.is_empty()) {
         return Err(BadPacking::Unproved("the pieces interlock".to_owned()).into());
     }
-    Ok(result::of_models(models, solids, room, &packed, lifts, clearance, asked))
+    let done = result::of_models(models, solids, room, &packed, lifts, clearance, asked);
+    Ok(PackResult { testing_s: testing.as_secs_f64(), ..done })
 }

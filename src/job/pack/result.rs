@@ -41,6 +41,12 @@ pub struct PackResult {
     pub inflated: Option<Coarsened>,
     /// What it took.
     pub seconds: f64,
+    /// What it was to take at most, s.
+    pub limit_s: Option<f64>,
+    /// What reading the models took of it, s.
+    pub reading_s: f64,
+    /// What the exact test of the models took, s.
+    pub testing_s: f64,
 }
 
 /// One run.
@@ -119,6 +125,9 @@ pub(super) fn of_models(
         plates,
         inflated: None,
         seconds: 0.0,
+        limit_s: None,
+        reading_s: 0.0,
+        testing_s: 0.0,
     }
 }
 
@@ -184,6 +193,9 @@ pub(super) fn of_boxes(
         plates,
         inflated: None,
         seconds: 0.0,
+        limit_s: None,
+        reading_s: 0.0,
+        testing_s: 0.0,
     }
 }
 

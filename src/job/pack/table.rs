@@ -1,6 +1,7 @@
 //! Models side by side on a machine's table: one layer, with as much room between them as the head needs.
 
 use super::error::PackError;
+use super::limit::Limit;
 use super::result::PackResult;
 use super::{Asked, BadPacking, no_fit, proved, solids};
 use crate::geom::{Mat3, Vec3};
@@ -15,6 +16,7 @@ pub(super) fn packed(
     machine: &LoadedProfile,
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
+    limit: &Limit<'_>,
     world: &World<'_>,
 ) -> Result<PackResult, PackError> {
     let refused = |why: &str| BadPacking::Method { method: asked.name.to_owned(), why: why.to_owned() };
@@ -42,7 +44,7 @@ pub(super) fn packed(
     if let Some(&(model, _)) = all.iter().find(|piece| table.standing(&[**piece], 0).is_none()) {
         return Err(no_fit(models, &solids, model, &room).into());
     }
-    let (put, ended) = asked.watched(stop, world, |watch| {
+    let (put, ended) = asked.watched(stop, limit, world, &mut |_| (), |watch| {
         let put = table.runs(all, &mut || watch.goes_on());
         (put, if watch.goes_on() { Ended::Steps } else { watch.ended() })
     });
@@ -50,7 +52,7 @@ pub(super) fn packed(
     let bound = table.bound();
     let ended = if runs as f64 <= bound { Ended::Proved } else { ended };
     let packed = Packed { put, runs, bound, ended, boxes: runs as f64 };
-    let mut done = proved(models, &solids, &room, packed, asked)?;
+    let mut done = proved(models, &solids, &room, packed, asked, limit)?;
     done.about_middle(half);
     Ok(done)
 }

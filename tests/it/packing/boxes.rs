@@ -9,7 +9,7 @@ use trunnion::pack::{
 use super::brute;
 use crate::support::seeds;
 
-const METHODS: [Method; 4] = [Method::Auto, Method::Ip, Method::IpLocalSearch, Method::Tabu];
+const METHODS: [Method; 5] = [Method::Auto, Method::Ip, Method::IpLocalSearch, Method::Tabu, Method::Blocks];
 
 /// So many steps, and nobody who asks for an end.
 pub(super) fn packed(instance: &Instance, goal: PackGoal, method: Method, steps: u64) -> BoxPacking {
@@ -29,14 +29,15 @@ fn tiny(seed: u64, turns: Turns) -> Instance {
         let size = [0, 1, 2].map(|k| 1 + numbers.below(space[k] as usize - usize::from(gap > 0)) as i64);
         let value = (1 + numbers.below(9)) as f64;
         let copies = 1 + numbers.below(2);
-        items.extend(std::iter::repeat_n(Item { size, value, upright: false }, copies.min(5 - items.len())));
+        let up = if seed.is_multiple_of(5) { [false, true, true] } else { [true; 3] };
+        items.extend(std::iter::repeat_n(Item { size, value, up }, copies.min(5 - items.len())));
     }
     Instance { space, gap, turns, items }
 }
 
 #[test]
 fn every_method_agrees_with_brute_force() {
-    let (mut all, mut beyond_volume, mut several, mut by_program, mut missed) = (0, 0, 0, 0, 0);
+    let (mut all, mut beyond_volume, mut several, mut by_program, mut missed, mut less) = (0, 0, 0, 0, [0; 2], 0);
     for seed in seeds(60, 2000) {
         all += 1;
         let turns = [Turns::None, Turns::Z90, Turns::Any][(seed % 3) as usize];
@@ -51,29 +52,33 @@ fn every_method_agrees_with_brute_force() {
         several += usize::from(fewest > 1);
         for method in METHODS.into_iter().filter(|method| method.is_built_in()) {
             let answer = packed(&instance, PackGoal::Runs, method, 600_000);
-            // Tabu search may miss the best: it only never says what cannot be.
+            // Tabu search and blocks may miss the best: they only never say what cannot be.
             assert!(answer.runs >= fewest, "{seed}: {method:?}");
-            missed += usize::from(answer.runs > fewest);
-            assert!(answer.runs == fewest || method == Method::Tabu, "{seed}: {method:?}");
+            let may_miss = matches!(method, Method::Tabu | Method::Blocks);
+            missed[usize::from(method == Method::Blocks)] += usize::from(answer.runs > fewest);
+            assert!(answer.runs == fewest || may_miss, "{seed}: {method:?}");
             assert!(answer.bound <= fewest as f64, "{seed}: {method:?}");
             by_program += usize::from(method == Method::Ip && answer.ended == Ended::Proved);
             if method != Method::Tabu {
                 let filled = packed(&instance, PackGoal::Filling, method, 400_000);
-                assert_eq!(instance.value(&filled.placed), most, "{seed}: {method:?}");
+                let value = instance.value(&filled.placed);
+                assert!(value == most || (method == Method::Blocks && value < most), "{seed}: {method:?}, {value}");
+                less += usize::from(value < most);
                 assert!(filled.bound >= most * (1.0 - 1e-9), "{seed}: {method:?}");
             }
         }
     }
     // The integer program goes through on nearly all sets of five boxes: then it proves what it says.
     assert!(by_program > all * 3 / 4 || !Method::Ip.is_built_in(), "{by_program} of {all} proved");
-    // Measured: 5 of 60.
-    assert!(missed <= all / 12, "{missed} of {all} missed by tabu search");
+    // Measured: 5 of 60 by tabu search.
+    assert!(missed[0] <= all / 12, "{missed:?} of {all} missed by tabu search and blocks");
+    assert!(missed[1] + less <= all / 4, "{missed:?} and {less} of {all} missed by blocks");
     assert!(several > all / 2 && beyond_volume > all / 6, "{several} {beyond_volume}: the instances say nothing");
 }
 
 #[test]
 fn faults_are_found() {
-    let item = |size| Item { size, value: 1.0, upright: false };
+    let item = |size| Item { size, value: 1.0, up: [true; 3] };
     let instance =
         Instance { space: [10, 10, 10], gap: 1, turns: Turns::Z90, items: vec![item([4, 5, 10]), item([5, 4, 3])] };
     let at = |item, at, size| Placed { run: 0, item, at, size };
@@ -95,7 +100,7 @@ fn faults_are_found() {
 
 #[test]
 fn what_cannot_be_is_said() {
-    let item = |size| Item { size, value: 1.0, upright: false };
+    let item = |size| Item { size, value: 1.0, up: [true; 3] };
     let instance = Instance { space: [10; 3], gap: 0, turns: Turns::Z90, items: vec![item([4; 3]), item([4, 4, 11])] };
     let mut asked = |_| None;
     let mut with = |goal, method, instance: &Instance| {
@@ -127,7 +132,7 @@ fn an_end_that_is_asked_for_gives_the_best_so_far() {
 
 #[test]
 fn ten_thousand_boxes_are_packed() {
-    let item = Item { size: [10, 7, 5], value: 1.0, upright: false };
+    let item = Item { size: [10, 7, 5], value: 1.0, up: [true; 3] };
     let instance = Instance { space: [200, 200, 200], gap: 0, turns: Turns::Any, items: vec![item; 10_000] };
     let answer = packed(&instance, PackGoal::Runs, Method::Auto, 100_000);
     assert!(answer.runs == 1 && answer.ended == Ended::Proved, "{} runs", answer.runs);

@@ -1,6 +1,6 @@
 //! The definitions, tried out: every corner of every box on a small grid, every way of dealing boxes out to runs.
 
-use trunnion::pack::{Instance, Triple};
+use trunnion::pack::{Instance, Triple, Turns};
 
 /// Whether the boxes go into one space, wherever their corners are.
 fn together(space: Triple, gap: i64, boxes: &[Vec<Triple>], placed: &mut Vec<(Triple, Triple)>) -> bool {
@@ -31,7 +31,8 @@ fn together(space: Triple, gap: i64, boxes: &[Vec<Triple>], placed: &mut Vec<(Tr
 fn sizes(instance: &Instance, item: usize) -> Vec<Triple> {
     let own = &instance.items[item];
     let all = instance.turns.sizes(own.size);
-    all.into_iter().filter(|size| !own.upright || size[2] == own.size[2]).collect()
+    let any = instance.turns != Turns::Any;
+    all.into_iter().filter(|size| any || (0..3).any(|k| own.up[k] && size[2] == own.size[k])).collect()
 }
 
 /// The least height of one run that holds all boxes.

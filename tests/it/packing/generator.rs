@@ -39,7 +39,7 @@ pub(super) fn instance(class: i64, boxes: usize, which: u64) -> Instance {
             7 => [(1, 35); 3],
             _ => [(1, 100); 3],
         };
-        Item { size: ranges.map(|(low, high)| numbers.between(low, high)), value: 1.0, upright: false }
+        Item { size: ranges.map(|(low, high)| numbers.between(low, high)), value: 1.0, up: [true; 3] }
     });
     let items = items.collect();
     Instance { space: [side; 3], gap: 0, turns: Turns::None, items }

@@ -23,13 +23,16 @@ fn lowest(instance: &Instance, method: Method, steps: u64) -> Result<BoxPacking,
     Ok(answer)
 }
 
+/// Which axes of a box may be up.
+const UPS: [[bool; 3]; 4] = [[true; 3], [false, false, true], [true, false, true], [false, true, false]];
+
 fn tiny(seed: u64) -> Instance {
     let mut numbers = SplitMix64::seeded(seed);
     let gap = i64::from(seed.is_multiple_of(4));
     let turns = [Turns::None, Turns::Z90, Turns::Any][(seed % 3) as usize];
     let items = (0..5).map(|_| {
         let size = [(); 3].map(|()| 1 + numbers.below(4) as i64);
-        Item { size, value: 1.0, upright: numbers.below(2) == 0 }
+        Item { size, value: 1.0, up: UPS[numbers.below(UPS.len())] }
     });
     Instance { items: items.collect(), space: [4, 5, 30], gap, turns }
 }
@@ -44,7 +47,7 @@ fn the_height_agrees_with_brute_force() {
         assert!(bound <= least, "{seed}: a bound of {bound}, and {least} is reached");
         (proved, all) = (proved + usize::from(bound == least), all + 1);
         let free = Instance {
-            items: instance.items.iter().map(|item| Item { upright: false, ..*item }).collect(),
+            items: instance.items.iter().map(|item| Item { up: [true; 3], ..*item }).collect(),
             ..instance.clone()
         };
         turned += usize::from(brute::lowest(&free) < least);
@@ -81,7 +84,7 @@ fn cut(seed: u64, count: usize, high: i64) -> Instance {
         rest[axis] = size[axis] - at;
         sizes.push(rest);
     }
-    let items = sizes.into_iter().map(|size| Item { size, value: 1.0, upright: false });
+    let items = sizes.into_iter().map(|size| Item { size, value: 1.0, up: [true; 3] });
     Instance { space: [60, 50, 1000], gap: 0, turns: Turns::None, items: items.collect() }
 }
 

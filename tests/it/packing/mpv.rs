@@ -43,7 +43,7 @@ fn every_method_holds_over_every_class() {
     for class in 1..=8 {
         for (boxes, which) in seeds(2, 6).flat_map(|seed| [(12, seed), (20, seed), (50, seed)]) {
             let instance = instance(class, boxes, which);
-            for method in [Method::Auto, Method::Tabu, Method::Ip, Method::IpLocalSearch] {
+            for method in [Method::Auto, Method::Tabu, Method::Blocks, Method::Ip, Method::IpLocalSearch] {
                 // The first relaxation of a program of 50 boxes takes a second: one instance of each class, and one of the smallest.
                 let program = matches!(method, Method::Ip | Method::IpLocalSearch);
                 if !method.is_built_in() || (program && boxes != 20 && which > 1) {

@@ -14,7 +14,7 @@ fn instance(seed: u64) -> Instance {
     let mut length = || 3 + numbers.below(12) as i64;
     let items = (0..9).map(|_| {
         let size = [length(), length(), length()];
-        Item { size, value: (size.iter().product::<i64>() % 97 + 1) as f64, upright: false }
+        Item { size, value: (size.iter().product::<i64>() % 97 + 1) as f64, up: [true; 3] }
     });
     let items = items.collect();
     Instance { space: [20, 20, 20], gap: 0, turns: Turns::None, items }

@@ -1,11 +1,18 @@
 //! `trunnion pack`: plates, document, pictures, sentences for what cannot be, an end on Ctrl-C.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
+use std::str::FromStr;
+use std::time::Duration;
 
 use serde_json::Value;
+use trunnion::job::{
+    Clock, Contents, Files, ModelSource, PackInto, PackOptions, PackRequest, PackSpace, Silent, Source, World,
+};
 use trunnion::mesh::{ReadOptions, Repair, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
-use trunnion::pack::Method;
+use trunnion::pack::{Ended, Method};
+use trunnion::world::FileError;
 
 use super::mpv;
 use super::shapes::{ball, block, boat};
@@ -306,6 +313,59 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         assert!(wanted.iter().all(|word| text.contains(word)), "{words:?}: {text}");
     }
     assert!(said(&run(at, &["cube.stl"])).contains("--space"));
+}
+
+/// A clock on which each look takes a second, and reading a file a minute.
+struct Slow(Cell<u64>);
+
+impl Clock for Slow {
+    fn now(&self) -> Duration {
+        self.0.set(self.0.get() + 1);
+        Duration::from_secs(self.0.get())
+    }
+
+    fn sleep(&self, _: Duration) {}
+
+    fn boot(&self) -> String {
+        String::new()
+    }
+}
+
+impl Files for Slow {
+    fn size(&self, _: &Path) -> Result<u64, FileError> {
+        Ok(stl_binary(&block([0.0; 3], [17.0, 13.0, 11.0])).len() as u64)
+    }
+
+    fn read(&self, _: &Path) -> Result<Vec<u8>, FileError> {
+        self.0.set(self.0.get() + 60);
+        Ok(stl_binary(&block([0.0; 3], [17.0, 13.0, 11.0])))
+    }
+
+    fn exists(&self, _: &Path) -> bool {
+        true
+    }
+}
+
+/// The time limit is that of the whole job: what is read is not there for the search, and where reading alone takes longer, that is in the result.
+#[test]
+fn reading_counts_as_time() {
+    let run = |seconds: f64| {
+        let slow = Slow(Cell::new(0));
+        let world = World { files: &slow, clock: &slow, ..World::here(&Silent) };
+        let model =
+            ModelSource { unit: Some(Unit::Millimetre), ..ModelSource::from(Source::from(Path::new("slow.stl"))) };
+        let space = PackSpace::from_str("70,60,50").unwrap();
+        let options = PackOptions { seconds: Some(seconds), goal: Some("fill".to_owned()), ..PackOptions::default() };
+        let request =
+            PackRequest { contents: Contents::Models(vec![(model, 200)]), into: PackInto::Space(space), options };
+        trunnion::job::pack(&request, &|| false, &world).unwrap()
+    };
+    let done = run(100.0);
+    assert_eq!(done.ended, Ended::Time);
+    assert!(done.reading_s >= 60.0 && done.seconds > 90.0 && done.seconds <= 120.0, "{}", done.seconds);
+    let late = run(20.0);
+    assert!(late.reading_s > 20.0 && late.seconds < 90.0 && !late.plates[0].pieces.is_empty(), "{}", late.seconds);
+    assert_eq!(late.limit_s, Some(20.0));
 }
 
 /// Asked to end while it searches, it writes the best so far, says so, and ends as what was interrupted.
