@@ -3,6 +3,7 @@
 //! For one y and z all places along x are tried at once: each of the solid's rows smears the taken cells over as many as it is long, and what no
 //! row covers is free. Since cells are only ever taken, the first free place of a shape never comes before where it was last found.
 
+use super::instance::gcd;
 use super::voxels::{Span, Voxels};
 
 /// Words of a row, at most: 512 cells.
@@ -31,7 +32,8 @@ impl Rows {
     pub(super) fn of(voxels: &Voxels) -> Self {
         let count = voxels.spans.len();
         // Far from each other one after the other: a step near the golden section of the whole.
-        let stride = (0..).map(|i| (count as f64 * 0.618) as usize + i).find(|&s| gcd(s, count) == 1).unwrap_or(1);
+        let stride =
+            (0..).map(|i| (count as f64 * 0.618) as usize + i).find(|&s| gcd(s as i64, count as i64) == 1).unwrap_or(1);
         let rows = (0..count).map(|i| voxels.spans[i * stride.max(1) % count.max(1)]).collect();
         Self { size: voxels.size, rows }
     }
@@ -39,10 +41,6 @@ impl Rows {
     pub(super) fn size(&self) -> [i32; 3] {
         self.size
     }
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 impl Grid {

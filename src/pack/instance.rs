@@ -164,6 +164,11 @@ pub fn height(placed: &[Placed]) -> i64 {
     placed.iter().map(|p| p.at[2] + p.size[2]).max().unwrap_or(0)
 }
 
+/// The greatest length of which both are multiples.
+pub(super) fn gcd(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
 /// The volume of a box, units cubed.
 pub fn volume(size: &Triple) -> f64 {
     size[0] as f64 * size[1] as f64 * size[2] as f64

@@ -7,7 +7,7 @@
 
 use super::blocks::{Blocks, kinds};
 use super::fill::Ready;
-use super::instance::{Placed, Triple, volume};
+use super::instance::{Placed, Triple, gcd, volume};
 use super::reach::Sums;
 use super::spaces::{Corner, Run};
 use super::watch::Watch;
@@ -29,12 +29,8 @@ const WIDEST: f64 = 1e5;
 fn cell(ready: &Ready) -> i64 {
     let longest = ready.space.into_iter().max().unwrap_or(1);
     let lengths = ready.sizes.iter().flatten().flatten().chain(&ready.space);
-    let common = lengths.fold(0, |all, &length| common(all, length));
+    let common = lengths.fold(0, |all, &length| gcd(all, length));
     common.max(longest / CELLS).max(1)
-}
-
-fn common(a: i64, b: i64) -> i64 {
-    if b == 0 { a } else { common(b, a % b) }
 }
 
 /// A search for the fullest run with a beam that is widened again and again.

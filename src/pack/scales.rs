@@ -5,6 +5,8 @@
 //! (Gilmore and Gomory 1961), solved by making patterns where a knapsack finds one. Numbers of the solver are not believed: shares become whole, and an exact
 //! knapsack says what they are shares of.
 
+use super::instance::gcd;
+
 /// Whole shares of an axis.
 const WHOLE: f64 = 1_048_576.0;
 /// Patterns that are made for an axis, at most, for each box.
@@ -28,7 +30,7 @@ pub(super) struct Scale {
 impl Axis {
     /// Lengths rounded down to cells of which there are `cells` in the room at most: what fits still does.
     pub(super) fn of(lengths: &[i64], room: i64, cells: i64) -> Self {
-        let common = lengths.iter().fold(room, |all, &length| common(all, length));
+        let common = lengths.iter().fold(room, |all, &length| gcd(all, length));
         let cell = common.max((room + cells - 1) / cells.max(1)).max(1);
         Self { lengths: lengths.iter().map(|length| (length / cell) as usize).collect(), room: (room / cell) as usize }
     }
@@ -99,10 +101,6 @@ impl Axis {
         let den = self.knapsack(&of, 0).0.max(1);
         Scale { den, of }
     }
-}
-
-fn common(a: i64, b: i64) -> i64 {
-    if b == 0 { a } else { common(b, a % b) }
 }
 
 impl Scale {
