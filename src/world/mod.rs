@@ -60,6 +60,7 @@ pub use outputs::{OutputFile, Outputs};
 pub use progress::{Bar, Logging, Progress, Silent};
 pub use shown::shown_line;
 pub use slicers::Installed;
+pub(crate) use slicers::scratch;
 pub(crate) use threads::start_threads;
 pub use web::{OwnWeb, key_from_environment};
 

@@ -30,7 +30,7 @@ impl Default for Installed {
 
 impl Slicers for Installed {
     fn find(&self, choice: &SlicerChoice, configs: &[PathBuf], timeout: Duration) -> Result<Box<dyn Slicer>, NoSlicer> {
-        let (scratch, owned) = scratch()?;
+        let (scratch, owned) = scratch("")?;
         let (configs, work_dir) = (configs.to_vec(), scratch.path().to_owned());
         let interrupt = (self.interrupt)(scratch.path());
         let slicer = find(choice, &ExternalOptions { configs, timeout, work_dir, interrupt })?;
@@ -38,11 +38,16 @@ impl Slicers for Installed {
     }
 }
 
-/// A folder for the slicer's files, gone when dropped, and what says that it is ours; those of killed processes go first.
-fn scratch() -> Result<(TempDir, File), FileError> {
+/// A folder for files of this process, gone when dropped, and what says that it is ours; those of killed processes go first. `called` is part of its
+/// name.
+///
+/// # Errors
+///
+/// [`FileError::Write`].
+pub(crate) fn scratch(called: &str) -> Result<(TempDir, File), FileError> {
     let folder = std::env::temp_dir();
     clear_folders(&folder);
-    let made = tempfile::Builder::new().prefix(FOLDER).tempdir_in(&folder);
+    let made = tempfile::Builder::new().prefix(&format!("{FOLDER}{called}")).tempdir_in(&folder);
     let owned = made.and_then(|made| own(made.path()).map(|owned| (made, owned)));
     owned.map_err(|source| FileError::Write { path: folder, source })
 }

@@ -9,6 +9,7 @@ use super::{placed, stamp};
 use crate::workbench::WorkbenchError;
 use crate::workbench::choices::ChosenModel;
 use crate::workbench::project::Stamp;
+use crate::world::scratch;
 
 /// All copies together, bytes. Of what goes beyond, the file itself is all there is.
 const MOST_KEPT: u64 = 2 << 30;
@@ -20,10 +21,10 @@ struct KeptModel {
     copy: Option<PathBuf>,
 }
 
-/// The removed models by their numbers, in a folder that goes with the workbench.
+/// The removed models by their numbers, in a folder that goes with the workbench, or, where that is killed, with the next slicer.
 #[derive(Debug, Default)]
 pub(in crate::workbench) struct Kept {
-    folder: Option<tempfile::TempDir>,
+    folder: Option<(tempfile::TempDir, File)>,
     models: BTreeMap<u64, KeptModel>,
 }
 
@@ -35,17 +36,17 @@ impl Kept {
         let all: u64 =
             self.models.values().filter(|kept| kept.copy.is_some()).filter_map(|kept| Some(kept.stamp?.0)).sum();
         let fits = now.is_some_and(|(size, _)| all.saturating_add(size) <= MOST_KEPT);
-        let copy = fits.then(|| self.copy(model.id, &path).ok()).flatten();
+        let copy = fits.then(|| self.copy(model.id, &path)).flatten();
         self.models.insert(model.id, KeptModel { stamp: now, copy });
     }
 
-    fn copy(&mut self, id: u64, path: &Path) -> std::io::Result<PathBuf> {
+    fn copy(&mut self, id: u64, path: &Path) -> Option<PathBuf> {
         let folder = match self.folder.take() {
             Some(folder) => folder,
-            None => tempfile::Builder::new().prefix(&format!("trunnion-removed-{}-", std::process::id())).tempdir()?,
+            None => scratch(&format!("removed-{}-", std::process::id())).ok()?,
         };
-        let to = self.folder.insert(folder).path().join(id.to_string());
-        std::fs::copy(path, &to).map(|_| to)
+        let to = self.folder.insert(folder).0.path().join(id.to_string());
+        std::fs::copy(path, &to).ok().map(|_| to)
     }
 
     /// Puts a model back: where its file is another one now, beside it. Its file's name.
@@ -118,9 +119,10 @@ mod tests {
         assert_eq!(kept.bring_back(&a, folder.path()).unwrap(), "sub/a-2.stl");
         assert_eq!(std::fs::read_to_string(folder.path().join("sub/a-2.stl")).unwrap(), "one");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "another");
-        let copies = kept.folder.as_ref().unwrap().path().to_owned();
+        let copies = kept.folder.as_ref().unwrap().0.path().to_owned();
+        assert!(copies.join("7").exists());
         kept.retain(&BTreeSet::new());
-        assert_eq!(std::fs::read_dir(&copies).unwrap().count(), 0);
+        assert!(!copies.join("7").exists());
         kept.clear();
         assert!(!copies.exists());
     }

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::browser::{STATE, click, eval, key, quiet, shot, until};
 use super::open;
 use crate::preview::browser::browse_any;
+use crate::support::trunnion;
 
 fn paths(state: &Value) -> Vec<&str> {
     state["models"].as_array().unwrap().iter().map(|model| model["path"].as_str().unwrap()).collect()
@@ -68,20 +69,29 @@ fn of_two_windows_the_later_one_takes_nothing_back_unseen() {
 #[test]
 fn copies_of_removed_models_go_with_the_workbench() {
     let mut workbench = open(&["cube"], &["cube.stl"]);
-    let process = workbench.process.0.id();
-    // Only those of this process.
-    let kept = || {
+    // Only those of one process.
+    let kept = |called: &str| {
         let links = std::fs::read_dir(std::env::temp_dir()).unwrap().filter_map(|entry| Some(entry.ok()?.path()));
-        let named = |path: &std::path::PathBuf| {
-            path.file_name()
-                .is_some_and(|name| name.to_string_lossy().starts_with(&format!("trunnion-removed-{process}-")))
-        };
+        let named =
+            |path: &std::path::PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(called));
         links.filter(named).count()
     };
+    let called = format!("trunnion-removed-{}-", workbench.process.0.id());
     workbench.post("/api/remove?index=0");
-    assert_eq!(kept(), 1);
+    assert_eq!(kept(&called), 1);
     workbench.post("/api/quit");
-    assert_eq!((workbench.process.0.wait().unwrap().code(), kept()), (Some(0), 0));
+    assert_eq!((workbench.process.0.wait().unwrap().code(), kept(&called)), (Some(0), 0));
+    // Of one that is killed, the next slicer takes them away.
+    let mut killed = open(&["cube"], &["cube.stl"]);
+    killed.post("/api/remove?index=0");
+    let called = format!("trunnion-removed-{}-", killed.process.0.id());
+    assert_eq!(kept(&called), 1);
+    killed.process.0.kill().unwrap();
+    killed.process.0.wait().unwrap();
+    let mut next = trunnion();
+    next.args(["prepare", "cube.stl", "-m", "generic-ac", "--slicer", "builtin"]).current_dir(killed.folder.path());
+    assert!(next.output().unwrap().status.success());
+    assert_eq!(kept(&called), 0);
 }
 
 #[test]
