@@ -25,8 +25,9 @@ def command(*words, cwd=None):
 
 def untimed(document):
     """Without what a clock says, and with how each list and key is ordered."""
+    clock = ("seconds", "seconds_plan", "seconds_reading", "seconds_testing")
     if isinstance(document, dict):
-        return [(key, untimed(value)) for key, value in document.items() if key not in ("seconds", "seconds_plan")]
+        return [(key, untimed(value)) for key, value in document.items() if key not in clock]
     return [untimed(one) for one in document] if isinstance(document, list) else document
 
 
