@@ -43,7 +43,7 @@ fn kind_of(text: &str) -> String {
         match c {
             '"' => quoted = !quoted,
             '(' => depth += 1,
-            ')' => depth -= 1,
+            ')' if depth > 0 => depth -= 1,
             _ => {}
         }
         !quoted && depth == 0 && !c.is_ascii_digit()

@@ -1,4 +1,4 @@
-//! Which sums lengths have, by bits.
+//! Which sums lengths have, by bits: whole numbers of the cells into which the search for full runs rounds lengths ([`super::loading`]).
 
 /// Which whole numbers up to some are sums.
 pub(super) struct Sums(Vec<u64>);

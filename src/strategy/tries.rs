@@ -100,6 +100,7 @@ pub(crate) fn planned_somehow(
     let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };
     let mut tries = Tries {
         clusters,
+        for_order: only.is_some(),
         misplaced: false,
         models,
         options,
@@ -165,6 +166,8 @@ struct Tries<'a> {
     sets: Vec<SetUp>,
     /// Solids that may be moved apart, where nobody has said how they are to stand.
     clusters: Vec<Cluster>,
+    /// Whether it is to be cut only because an order is demanded.
+    for_order: bool,
     /// Whether the model does not lie on the table as it was drawn.
     misplaced: bool,
     /// What is known of the solids alone.
@@ -524,7 +527,8 @@ impl Tries<'_> {
     /// As drawn with the least room once more, with what would help; and why the other ways do not.
     fn explained(mut self) -> Result<PlannedSomehow, StrategyError> {
         if !self.ways.allow(Way::AsDrawn) {
-            return Err(StrategyError::NoWay(Box::new(NoWay { only: self.ways.only, ways: self.tried })));
+            let (only, for_order) = (self.ways.only, self.for_order);
+            return Err(StrategyError::NoWay(Box::new(NoWay { only, for_order, ways: self.tried })));
         }
         let turned = may_turn(self.models, &self.sets[0]) && !self.ways.allow(Way::Turned);
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);

@@ -55,6 +55,8 @@ impl TriedWay {
 pub struct NoWay {
     /// The only one that was asked for.
     pub only: Option<Way>,
+    /// Whether nobody named it, but demanded an order of prints, which one solid has only where it is cut.
+    pub for_order: bool,
     /// All that were tried, with why not.
     pub ways: Vec<TriedWay>,
 }
@@ -66,6 +68,12 @@ impl Display for NoWay {
             self.ways.iter().filter_map(|tried| Some(format!("{}: {}", tried.way.word(), tried.why_not.as_ref()?)));
         let whys: Vec<String> = whys.collect();
         let whys = if whys.is_empty() { "it does not apply to this model".to_owned() } else { whys.join("; ") };
+        if self.for_order {
+            return write!(
+                f,
+                "--order needs parts, and this solid cannot be cut into any: {whys}; without --order the cheapest way that works is taken"
+            );
+        }
         write!(f, "--way {asked} cannot print the model: {whys}; --way auto takes the cheapest way that works")
     }
 }

@@ -13,7 +13,7 @@ use super::doors::model_name;
 use super::project::Stamp;
 
 pub(super) use kept::Kept;
-pub(super) use projects::{Saving, save, unpack, unpacked_upload};
+pub(super) use projects::{Saving, chosen, save, unpack, unpacked_upload};
 
 const PIECE: usize = 1 << 16;
 /// Names that are tried for a model whose own name is taken.

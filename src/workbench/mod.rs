@@ -56,14 +56,27 @@ pub fn is_project(path: &Path) -> bool {
     path.file_name().is_some_and(|name| doors::is_project(&name.to_string_lossy()))
 }
 
+/// The words of a project's command, and flags that name what it writes, each with its file.
+pub type ProjectWords = (Vec<String>, Vec<[String; 2]>);
+
 /// Unpacks the project file at `path` into the working folder, where it replaces no other file: the words of the command that its page shows,
 /// and behind them those that name what is written, each a flag and its file.
 ///
 /// # Errors
 ///
 /// [`WorkbenchError::NotYet`] and those of a bad project file.
-pub fn project_words(path: &Path) -> Result<(Vec<String>, Vec<[String; 2]>), WorkbenchError> {
+pub fn unpacked_words(path: &Path) -> Result<ProjectWords, WorkbenchError> {
     let choices = folder::unpack(path, Path::new("."))?;
+    Ok((choices.prepare()?, choices.written()))
+}
+
+/// The same words by the names in the file; nothing is unpacked.
+///
+/// # Errors
+///
+/// As [`unpacked_words`].
+pub fn project_words(path: &Path) -> Result<ProjectWords, WorkbenchError> {
+    let choices = folder::chosen(path)?;
     Ok((choices.prepare()?, choices.written()))
 }
 

@@ -79,6 +79,12 @@ fn what_cannot_be_printed_in_the_order_is_refused_with_the_reasons() {
         let (code, no) = run("plan", "y-tree", words);
         assert_eq!((code, &no["code"]), (Some(2), &wanted.into()), "{words:?}");
     }
+    // One solid has parts only where it is cut: nobody asked for that way by its name.
+    for (words, named) in [(&[][..], false), (&["--way", "cut"], true)] {
+        let (code, no) = run("prepare", "hook", &[&["--order", "1,0", "--slicer", "builtin"], words].concat());
+        assert_eq!((code, &no["code"]), (Some(1), &"strategy/no-way".into()), "{no}");
+        assert_eq!(no["error"].as_str().unwrap().starts_with("--way cut"), named, "{no}");
+    }
     let (code, no) = run("prepare", "hook", &["--order", "0", "--way", "supports"]);
     assert_eq!((code, &no["code"]), (Some(2), &"command/usage".into()));
 }

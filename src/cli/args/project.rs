@@ -3,12 +3,16 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use crate::workbench::{WorkbenchError, is_project, project_words};
+use clap::Parser;
+
+use super::Args;
+use crate::workbench::{ProjectWords, WorkbenchError, is_project, project_words, unpacked_words};
 
 /// Flags behind which a project file is no value.
 const ALONE: [&str; 8] = ["--json", "-q", "--quiet", "-v", "--verbose", "--open", "--retry", "--"];
 
-/// The words of `all`, where `trunnion prepare NAME.trunnion` is the command that the page of that project shows.
+/// The words of `all`, where `trunnion prepare NAME.trunnion` is the command that the page of that project shows. It is unpacked for it, unless the line
+/// is wrong.
 ///
 /// # Errors
 ///
@@ -17,12 +21,19 @@ pub(in crate::cli) fn with_project(all: Vec<OsString>) -> Result<Vec<OsString>, 
     let text = |word: &OsString| word.to_string_lossy().into_owned();
     let helps = all.iter().any(|word| ["-h", "--help"].contains(&&*text(word)));
     let Some(at) = place(&all).filter(|_| !helps) else { return Ok(all) };
-    let (words, written) = project_words(Path::new(&all[at]))?;
     let given = |flag: &str| all.iter().any(|word| names(&text(word), flag));
-    let written = written.into_iter().filter(|[flag, _]| !given(flag)).flatten();
-    let before = all[..at].iter().cloned();
-    let inside = words.into_iter().skip(1).chain(written).map(OsString::from);
-    Ok(before.chain(inside).chain(all[at + 1..].iter().cloned()).collect())
+    let with = |(words, written): ProjectWords| -> Vec<OsString> {
+        let written = written.into_iter().filter(|[flag, _]| !given(flag)).flatten();
+        let inside = words.into_iter().skip(1).chain(written).map(OsString::from);
+        all[..at].iter().cloned().chain(inside).chain(all[at + 1..].iter().cloned()).collect()
+    };
+    let project = Path::new(&all[at]);
+    let named = with(project_words(project)?);
+    // What is wrong with the line is said where it is read, and then nothing has been unpacked.
+    if Args::try_parse_from(&named).is_err() {
+        return Ok(named);
+    }
+    Ok(with(unpacked_words(project)?))
 }
 
 /// Where the project file stands behind `prepare`.

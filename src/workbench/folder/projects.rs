@@ -23,11 +23,27 @@ const MOST_PROFILE: u64 = 1 << 20;
 ///
 /// [`WorkbenchError::ProjectUnread`], [`WorkbenchError::Folder`] and those of [`Archive`].
 pub(in crate::workbench) fn unpack(path: &Path, folder: &Path) -> Result<Choices, WorkbenchError> {
+    let (file, name, size) = found(path)?;
+    unpacked(file, &name, size, folder)
+}
+
+/// What was chosen in the project file at `path`, by the names in it; nothing is unpacked.
+///
+/// # Errors
+///
+/// [`WorkbenchError::ProjectUnread`] and those of [`Archive`].
+pub(in crate::workbench) fn chosen(path: &Path) -> Result<Choices, WorkbenchError> {
+    let (file, name, size) = found(path)?;
+    Archive::open(file, &name, size)?.choices()
+}
+
+/// A project file with its name and size.
+fn found(path: &Path) -> Result<(BufReader<File>, String, u64), WorkbenchError> {
     let unread = |source| WorkbenchError::ProjectUnread { path: path.to_owned(), source };
     let file = File::open(path).map_err(unread)?;
     let size = file.metadata().map_err(unread)?.len();
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    unpacked(BufReader::new(file), &name, size, folder)
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok((BufReader::new(file), name, size))
 }
 
 /// The same of one that comes as the `length` bytes of `body`.

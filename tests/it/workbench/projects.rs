@@ -233,6 +233,23 @@ fn a_link_in_the_folder_leads_no_project_out_of_it() {
     }
 }
 
+/// A line with a mistake is refused before anything is unpacked.
+#[test]
+fn a_wrong_line_unpacks_nothing() {
+    let (here, there) = (folder(), folder());
+    let hook = std::fs::read(crate::pipeline::fixture("hook")).unwrap();
+    let project = there.path().join("a.trunnion");
+    let command = ["prepare", "hook.stl", "-m", "generic-ac"];
+    std::fs::write(&project, zipped(&[("project.json", &manifest(1, &command)), ("hook.stl", &hook)])).unwrap();
+    for words in [&["--slicr", "builtin"][..], &["-m", "generic-ac"], &["--slicer"]] {
+        let done = trunnion().arg("prepare").arg(&project).args(words).current_dir(here.path()).output().unwrap();
+        assert_eq!((done.status.code(), std::fs::read_dir(here.path()).unwrap().count()), (Some(2), 0), "{words:?}");
+    }
+    let mut right = trunnion();
+    right.arg("prepare").arg(&project).args(["--slicer", "builtin"]).current_dir(here.path());
+    assert!(right.output().unwrap().status.success() && here.path().join("hook.stl").exists());
+}
+
 #[test]
 fn the_page_saves_and_opens_by_button_and_by_keys() {
     let workbench = open(&["cube", "hook"], &["cube.stl", "-m", "generic-ac"]);
