@@ -1,54 +1,66 @@
-"""The least height of boxes as drawn by OR-tools' CP-SAT: what `trunnion pack --boxes --goal height --turn none` stands beside.
+"""Boxes packed by OR-tools' CP-SAT, one thread: a witness for `trunnion::pack`, and what `trunnion pack --boxes` stands beside.
 
-    python pack_ortools.py BOXES.txt X,Y SECONDS
+    python pack_ortools.py BOXES.json SECONDS
 
-BOXES.txt has a line `w d h [count]` each, as `trunnion pack --boxes` reads them; lengths are whole millimetres. One thread. Of every two boxes
-one lies beside, behind or above the other. Prints {"height_mm", "height_lower_bound_mm", "proved", "seconds"}.
+BOXES.json is {"space": [x, y, z], "boxes": [[w, d, h, value], ..], "goal": "runs" | "filling" | "height", "most_runs": n}: whole numbers, no
+turns, no gap; `most_runs` is of the first goal, and the third looks at no height of the space and no value. Prints {"best", "bound", "proved",
+"seconds"}: the number of runs, the value of one, or the height of one that holds all.
 """
 
 import json
 import sys
+import time
 
 from ortools.sat.python import cp_model
 
 
 def main():
-    base = [int(length) for length in sys.argv[2].split(",")]
-    boxes = []
-    for line in open(sys.argv[1]):
-        numbers = [int(word) for word in line.split("#")[0].replace(",", " ").split()]
-        if numbers:
-            boxes += [numbers[:3]] * (numbers[3] if len(numbers) > 3 else 1)
-    most = sum(box[2] for box in boxes)
+    asked = json.load(open(sys.argv[1]))
+    space, boxes, goal = asked["space"], asked["boxes"], asked["goal"]
+    filling, low = goal == "filling", goal == "height"
+    runs = asked["most_runs"] if goal == "runs" else 1
+    if low:
+        space = [*space[:2], sum(box[2] for box in boxes)]
     model = cp_model.CpModel()
-    at = [[model.new_int_var(0, [*base, most][k] - box[k], "") for k in range(3)] for box in boxes]
-    top = model.new_int_var(0, most, "top")
-    for box, place in zip(boxes, at):
-        model.add(place[2] + box[2] <= top)
-    for i in range(len(boxes)):
-        for j in range(i):
-            ways = []
-            for a, b in ((i, j), (j, i)):
-                for k in range(3):
-                    way = model.new_bool_var("")
-                    model.add(at[a][k] + boxes[a][k] <= at[b][k]).only_enforce_if(way)
-                    ways.append(way)
-            model.add_bool_or(ways)
-    # No run is lower than the volume needs.
-    volume = sum(box[0] * box[1] * box[2] for box in boxes)
-    model.add(top * base[0] * base[1] >= volume)
-    model.minimize(top)
+    used = [model.NewBoolVar("") if filling else 1 for _ in boxes]
+    run = [model.NewIntVar(0, runs - 1, "") for _ in boxes]
+    at = [[model.NewIntVar(0, space[k] - box[k], "") for k in range(3)] for box in boxes]
+    for i, a in enumerate(boxes):
+        for j, b in enumerate(boxes[:i]):
+            apart = [model.NewBoolVar("") for _ in range(6 if runs == 1 else 8)]
+            for k in range(3):
+                model.Add(at[i][k] + a[k] <= at[j][k]).OnlyEnforceIf(apart[2 * k])
+                model.Add(at[j][k] + b[k] <= at[i][k]).OnlyEnforceIf(apart[2 * k + 1])
+            if runs > 1:
+                model.Add(run[i] < run[j]).OnlyEnforceIf(apart[6])
+                model.Add(run[i] > run[j]).OnlyEnforceIf(apart[7])
+            if filling:
+                apart += [used[i].Not(), used[j].Not()]
+            model.AddBoolOr(apart)
+    if filling:
+        model.Maximize(sum(box[3] * use for box, use in zip(boxes, used)))
+    elif low:
+        top = model.NewIntVar(0, space[2], "")
+        for box, place in zip(boxes, at):
+            model.Add(place[2] + box[2] <= top)
+        # No run is lower than its volume needs.
+        model.Add(top * space[0] * space[1] >= sum(box[0] * box[1] * box[2] for box in boxes))
+        model.Minimize(top)
+    else:
+        most = model.NewIntVar(1, runs, "")
+        for number in run:
+            model.Add(number < most)
+        model.Minimize(most)
     solver = cp_model.CpSolver()
-    solver.parameters.max_time_in_seconds = float(sys.argv[3])
+    solver.parameters.max_time_in_seconds = float(sys.argv[2])
     solver.parameters.num_workers = 1
-    status = solver.solve(model)
+    began = time.process_time()
+    status = solver.Solve(model)
+    seconds = time.process_time() - began
+    proved = status == cp_model.OPTIMAL
     found = status in (cp_model.OPTIMAL, cp_model.FEASIBLE)
-    print(json.dumps({
-        "height_mm": solver.value(top) if found else None,
-        "height_lower_bound_mm": solver.best_objective_bound,
-        "proved": status == cp_model.OPTIMAL,
-        "seconds": solver.wall_time,
-    }))
+    best = round(solver.ObjectiveValue()) if found else None
+    print(json.dumps({"best": best, "bound": solver.BestObjectiveBound(), "proved": proved, "seconds": seconds}))
 
 
 main()
