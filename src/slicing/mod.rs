@@ -25,7 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! This room must not know machines, poses or plans; only `process.rs` may start programs.
+//! This room must not know machines, poses or plans; only `process` may start programs.
 
 pub mod builtin;
 mod config;

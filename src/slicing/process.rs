@@ -1,4 +1,4 @@
-//! Finding and running the user's slicer: the only file of this room that touches processes and files.
+//! Finding and running the user's slicer: the only part of this room that touches processes and files.
 //!
 //! A run has a folder of its own inside the work folder, which is removed at the end whatever happened, and a process
 //! group of its own, which is stopped as a whole when time is up or somebody interrupts: wrapper scripts start the real
@@ -26,6 +26,12 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::mesh::stl_binary;
 use crate::spelling::nearest;
+
+mod launch;
+mod places;
+
+use launch::Launch;
+use places::{Places, meant};
 
 /// How the user's slicer is run.
 #[derive(Clone, Debug)]
@@ -100,11 +106,9 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
 /// The variable of the environment with the key of a server: no program that is started gets it.
 pub const KEY_VARIABLE: &str = "TRUNNION_KEY";
 
-/// The first command of `program` on PATH that says it is that program.
+/// The first file on PATH, and where installers put it, that says it is `program`.
 fn installed(program: Program, options: &ExternalOptions, end: Instant) -> Result<Option<External>, SliceError> {
-    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
-    let candidates = program.commands().iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
-    for path in candidates.filter(|path| path.is_file()) {
+    for path in Places::here().of(program) {
         match identified(&path, options, end) {
             Ok(external) if external.program == program => return Ok(Some(external)),
             Err(error @ (SliceError::Interrupted | SliceError::Silent { .. })) => return Err(error),
@@ -115,18 +119,25 @@ fn installed(program: Program, options: &ExternalOptions, end: Instant) -> Resul
 }
 
 fn identified(path: &Path, options: &ExternalOptions, end: Instant) -> Result<External, SliceError> {
-    let mut run = Run::new(options)?;
-    let mut command = Command::new(path);
-    command.arg("--help");
+    let path = &meant(path);
     let seconds = HELP_TIMEOUT.min(options.timeout).as_secs_f64();
-    let ended = run.finish(command, path, end, &|| None).map_err(|error| unknown(path).unwrap_or(error))?;
-    ended.ok_or_else(|| SliceError::Silent { path: path.to_owned(), seconds })?;
-    let help = run.said();
-    let Some((program, version)) = Program::identify(&help) else {
-        let text = help.lines().find(|l| !l.trim().is_empty()).unwrap_or_default().trim().to_owned();
-        return Err(SliceError::NotASlicer { path: path.to_owned(), text });
-    };
-    Ok(External { program, path: path.to_owned(), version, options: options.clone() })
+    let mut launch = Launch::of(path);
+    loop {
+        let mut run = Run::new(options)?;
+        let mut command = launch.command(path, &run.folder);
+        command.arg("--help");
+        let ended = run.finish(command, path, end, &|| None).map_err(|error| unknown(path).unwrap_or(error))?;
+        ended.ok_or_else(|| SliceError::Silent { path: path.to_owned(), seconds })?;
+        let help = run.said();
+        if let Some((program, version)) = Program::identify(&help) {
+            return Ok(External { program, path: path.to_owned(), launch, version, options: options.clone() });
+        }
+        let Some(other) = launch.other(path, &help) else {
+            let text = help.lines().find(|l| !l.trim().is_empty()).unwrap_or_default().trim().to_owned();
+            return Err(SliceError::NotASlicer { path: path.to_owned(), text });
+        };
+        launch = other;
+    }
 }
 
 /// What to say of a word that is neither a slicer's name nor a program.
@@ -144,6 +155,7 @@ fn unknown(path: &Path) -> Option<SliceError> {
 struct External {
     program: Program,
     path: PathBuf,
+    launch: Launch,
     version: String,
     options: ExternalOptions,
 }
@@ -233,17 +245,23 @@ impl External {
         let Program::Ini(ini) = self.program else { return self.cura(set, job, &mesh, output) };
         let base = run.write("base.ini", ini.base(settings).as_bytes())?;
         let forced = run.write("forced.ini", ini.forced(settings, texts, job).as_bytes())?;
-        let configs = [base].into_iter().chain(self.options.configs.iter().cloned()).chain([forced]);
-        let configs: Vec<PathBuf> = configs.collect();
+        let own = if self.launch.sees_only_its_folder() {
+            run.copies(&self.options.configs)?
+        } else {
+            self.options.configs.clone()
+        };
+        let configs: Vec<PathBuf> = [base].into_iter().chain(own).chain([forced]).collect();
         let configs: Vec<&Path> = configs.iter().map(PathBuf::as_path).collect();
+        let plain = self.launch.command(&self.path, &run.folder);
         let mut command = match one_processor() {
             // Run on several threads PrusaSlicer 2.5 gave other travels once in about sixty runs of the same file.
             Some((taskset, processor)) if self.program == Program::PRUSA_SLICER => {
                 let mut command = Command::new(taskset);
-                command.args(["-c", &processor]).arg(&self.path);
+                command.args(["-c", &processor]).arg(plain.get_program()).args(plain.get_args());
+                command.envs(plain.get_envs().filter_map(|(name, value)| Some((name, value?))));
                 command
             }
-            _ => Command::new(&self.path),
+            _ => plain,
         };
         command.args(ini.arguments(&configs, &mesh, output));
         Ok(command)
@@ -253,7 +271,7 @@ impl External {
     fn cura(&self, set: Set<'_>, job: &SliceJob, mesh: &Path, output: &Path) -> Result<Command, SliceError> {
         let (definition, search) = definitions(&self.path)
             .ok_or_else(|| SliceError::NoDefinitions { program: self.path.clone(), file: cura::DEFINITION })?;
-        let mut command = Command::new(&self.path);
+        let mut command = self.launch.command(&self.path, mesh.parent().unwrap_or(mesh));
         command.env(CURA_SEARCH, search);
         command.args(cura::arguments(&cura::values(set.0, set.1, job), &definition, mesh, output));
         Ok(command)
@@ -376,6 +394,17 @@ impl Run {
         let path = self.folder.join(name);
         fs::write(&path, bytes).map_err(|source| file_error("write", &path, source))?;
         Ok(path)
+    }
+
+    /// Copies of these files, for a program that sees no other folder.
+    fn copies(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, SliceError> {
+        let copy = |(k, path): (usize, &PathBuf)| {
+            let bytes = fs::read(path).map_err(|source| file_error("read", path, source))?;
+            // Its ending says what it is.
+            let end = path.extension().map(|end| format!(".{}", end.to_string_lossy())).unwrap_or_default();
+            self.write(&format!("own-{k}{end}"), &bytes)
+        };
+        paths.iter().enumerate().map(copy).collect()
     }
 
     /// Runs `command` to its end; `None` when time is up, and then it and its children have been stopped, as where

@@ -38,6 +38,7 @@ const WORLD_ONLY_IN: [&str; 11] = [
     "src/job/batch/runs.rs",
     "src/job/send/together.rs",
     "src/slicing/process.rs",
+    "src/slicing/process/",
     "src/link/serial/",
     "src/workbench/folder.rs",
     "src/workbench/folder/",

@@ -22,6 +22,8 @@ mod files_and_streams;
 mod fill;
 mod filled;
 mod first_layers;
+#[cfg(target_os = "linux")]
+mod flatpak;
 mod fuzzed;
 mod held;
 mod hooks;
