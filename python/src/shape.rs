@@ -55,6 +55,7 @@ fn support_options(given: &Given<'_>) -> PyResult<SupportOptions> {
         structure: given.text("structure")?.unwrap_or(usual.structure),
         wall_mm: given.number("wall_mm")?,
         gap_mm: given.number("gap_mm")?.unwrap_or(usual.gap_mm),
+        touch_every: few("touch_every")?.unwrap_or(usual.touch_every),
         form: SupportForm {
             roof_mm: given.number("roof_mm")?.unwrap_or(usual.form.roof_mm),
             roof_pitch_mm: given.number("roof_pitch_mm")?,

@@ -246,6 +246,7 @@ def support(
     structure: Optional[str] = None,
     wall_mm: Optional[float] = None,
     gap_mm: Optional[float] = None,
+    touch_every: Optional[int] = None,
     roof_mm: Optional[float] = None,
     roof_pitch_mm: Optional[float] = None,
     brace_mm: Optional[float] = None,
@@ -271,6 +272,7 @@ def support(
         structure: of the columns: x (two crossed sheets), prism or tree.
         wall_mm: thickness of a sheet; the thinnest rod is twice as thick.
         gap_mm: between the supports and the model, 0 to 5.
+        touch_every: crossed sheets touch their neighbours at every so-manieth level only, so that powder can be removed; 1 everywhere.
         roof_mm: height of a roof of bars on top of the supports, at most `step_mm`.
         roof_pitch_mm: from bar to bar of the roof.
         brace_mm: columns with an unbraced length above this are braced; 0 none.
@@ -283,7 +285,7 @@ def support(
     given = _given(
         output=_path(output), view=_path(view), up=up, keep_z=keep_z, step_mm=step_mm, space_mm=space_mm, overhang_deg=overhang_deg,
         capacity=capacity, node_capacity=node_capacity, method=method, structure=structure, wall_mm=wall_mm, gap_mm=gap_mm,
-        roof_mm=roof_mm, roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, seed=seed, unit=unit, repair=repair, threads=threads,
+        touch_every=touch_every, roof_mm=roof_mm, roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, seed=seed, unit=unit, repair=repair, threads=threads,
     )  # fmt: skip
     text, made = _trunnion.support(named_model(model), _teller(progress), given)
     files = dict(made)

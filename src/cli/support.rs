@@ -42,6 +42,7 @@ impl Verb {
             structure: self.structure.clone(),
             wall_mm: self.wall,
             gap_mm: self.gap,
+            touch_every: self.touch_every,
             form: SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace },
             seed: self.seed,
         }

@@ -176,7 +176,7 @@ impl Laid {
             pitch_mm: roof.pitch_mm,
         });
         Ok(Self {
-            layers: lines(&graph, &flow, cuts, &Laying { on_part: true, roof }),
+            layers: lines(&graph, &flow, cuts, &Laying { on_part: true, roof, touch_every: 1 }),
             bare: bare(&graph),
             longest_free_mm: longest_free_mm(&graph, &flow),
         })

@@ -55,6 +55,8 @@ const ROOF_MM: f64 = 2.0;
 /// What a column that stands on the part has below its lowest square.
 const ON_PART: usize = ARCS + 1;
 
+/// A sheet that ends so near the corner of its cell ends there.
+const AT_CORNER_MM: f64 = 1e-6;
 /// A sheet that leans out ends at the latest after so many times its own half.
 const FARTHEST: f64 = 3.0;
 /// What stands in a cube on the ground that the surface touches.
@@ -90,7 +92,7 @@ pub fn lines(graph: &Graph, flow: &Flow, cuts: &Cuts, laying: &Laying) -> Vec<Su
     let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
     let near: Vec<&[Section]> = cuts.layers(0, near);
     let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, 1.0, 0.0))).collect();
-    let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
+    let mut rising = Rising { graph, how, laying, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
         let mut air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
@@ -182,6 +184,7 @@ impl Air<'_> {
 struct Rising<'a> {
     graph: &'a Graph,
     how: &'a Clearance,
+    laying: &'a Laying,
     by_level: Vec<Vec<Place>>,
     /// Squares at which columns end, and what of their sheets, drawn out, lies below what they hold.
     tops: HashMap<usize, [Spans; 2]>,
@@ -235,8 +238,11 @@ impl Rising<'_> {
                 spans.retain(|[a, b]| on_part || b - a >= shortest_mm);
                 spans
             });
+            let apart_mm = self.apart_mm(place, middle);
             for (diagonal, spans) in spans.iter().enumerate() {
-                spans.iter().for_each(|span| laid.add(centre, diagonal, *span, shortest_mm));
+                spans
+                    .iter()
+                    .for_each(|span| laid.add(centre, diagonal, self.short(*span, apart_mm, shortest_mm), shortest_mm));
             }
             now.push((place, spans));
         }
@@ -277,6 +283,25 @@ impl Rising<'_> {
     /// Half a diagonal, mm.
     fn half(&self) -> f64 {
         self.graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2
+    }
+
+    /// By how much the sheets of a place end short of the corners of its cell at a height, mm.
+    fn apart_mm(&self, (node, arc): Place, z: f64) -> f64 {
+        let grid = &self.graph.grid;
+        if arc >= ARCS {
+            return 0.0;
+        }
+        let below_mm = if self.is_red(node) { grid.middle(node).z - z } else { f64::INFINITY };
+        self.laying.apart_mm(z - grid.origin.z, below_mm, grid.step_mm)
+    }
+
+    /// A sheet without so much of its ends at the corners of its cell, as far as it stays `shortest_mm` long; ends that keep from the part,
+    /// or lean out, stay.
+    fn short(&self, [from, to]: [f64; 2], apart_mm: f64, shortest_mm: f64) -> [f64; 2] {
+        let [at_from, at_to] = [from, to].map(|t| f64::from(u8::from((t.abs() - self.half()).abs() < AT_CORNER_MM)));
+        let most_mm = (to - from - shortest_mm).max(0.0) / (at_from + at_to).max(1.0);
+        let mm = apart_mm.min(most_mm);
+        [from + at_from * mm, to - at_to * mm]
     }
 
     /// What carries a place: what it had in the layer below, or what goes on below its foot.

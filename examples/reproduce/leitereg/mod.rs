@@ -8,9 +8,8 @@ use super::sources::Run;
 
 pub(crate) fn document(run: &Run) -> Document {
     let lattice = "drawings of lattices by an engineer, without measures: any structure can stand along an arc";
-    let third = "sheets that touch at every third level let powder out of metal prints; filament leaves none, and ours touch at every level";
     let mut items = vec![supports::ball(run), supports::price(), supports::crosses()];
-    items.push(Item::left(Kind::Figure, "2", "Crosses that touch at every third level", third));
+    items.push(supports::apart());
     items.push(Item::left(Kind::Figure, "after 2", "Lattice structures (unnumbered)", lattice));
     items.push(packing::runs(run));
     items.push(packing::filling(run));

@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use trunnion::geom::{Angle, Slot, Vec3};
 use trunnion::mesh::TriangleMesh;
+use trunnion::overhang::Keels;
 use trunnion::support::{
-    Build, Ceiling, Flow, FlowLimits, Graph, PathDrawing, Structure, build, min_cost, push_relabel, shared_price,
-    shortest_paths,
+    Around, Build, Ceiling, Clear, Clearance, Cuts, Flow, FlowLimits, Graph, Laying, PathDrawing, Structure,
+    SupportLayer, build, lines, min_cost, push_relabel, shared_price, sheets, shortest_paths,
 };
 
 use super::super::item::{Item, Row};
@@ -104,6 +105,77 @@ pub(super) fn crosses() -> Item {
                 .because("computed from the formula; ours end below the surface, their sheets cross once and reach into each other's corners"),
         )
         .row(Row::same("slanting arcs around a block", "some", if slanted.oblique > 0 { "some" } else { "none" }))
+}
+
+/// Crosses that touch at every third level, so that powder gets out.
+pub(super) fn apart() -> Item {
+    const STEP_MM: f64 = 2.0;
+    const LAYER_MM: f64 = 0.1;
+    let roof = scenes::block(Vec3::new(2.1, 2.1, 18.1), Vec3::new(7.9, 7.9, 19.0));
+    let scene = Scene { meshes: vec![roof], space: [10.0, 10.0, 20.0], step_mm: STEP_MM };
+    let graph = scene.graph();
+    let meshes: Vec<_> = scene.meshes.iter().collect();
+    let (flow, _) = min_cost(&graph, FlowLimits::new(CAPACITY, None), &mut |_| {});
+    let count = (scene.space[2] / LAYER_MM).round() as usize;
+    let laid = |touch_every: u16| {
+        let spans: Vec<[f64; 2]> = (0..count).map(|k| [k, k + 1].map(|k| k as f64 * LAYER_MM)).collect();
+        let clearance = Clearance { line_mm: 0.4, gap_mm: 0.2, clear: Clear::Around };
+        let around = Around { meshes: &meshes, carrying: meshes.len(), keels: &Keels::default() };
+        lines(&graph, &flow, &Cuts::of(&around, spans, clearance), &Laying { on_part: false, roof: None, touch_every })
+    };
+    let [together, apart] = [1, 3].map(laid);
+    let pieces = |layers: &[SupportLayer], level: usize| {
+        let at = (level as f64 * STEP_MM / LAYER_MM).round() as usize;
+        layers.get(at).map_or(0, |layer| groups(&layer.lines)) as f64
+    };
+    let views = [(&together, "everywhere"), (&apart, "at every third level")];
+    let frames = views.map(|(layers, words)| drawn(&scene, &sheets(layers, 0.4).mesh, words)).to_vec();
+    let columns = graph.red.len() as f64;
+    let mut item = Item::figure("2", "Crosses that touch at every third level (section 3.5)")
+        .picture("", sheet("Figure 2", 2, frames, Vec::new()))
+        .row(Row::absolute("pieces of a cross-section where all touch", 1.0, pieces(&together, 1), 0.0, ""));
+    for level in 0..=6 {
+        let wanted = if level % 3 == 0 { 1.0 } else { columns };
+        let row = Row::absolute(
+            format!("pieces of a cross-section at level {level}"),
+            wanted,
+            pieces(&apart, level),
+            0.0,
+            "",
+        );
+        item = item.row(row.because("one where the crosses touch, as many as there are columns where they do not"));
+    }
+    item
+}
+
+/// How many groups of lines there are that touch each other.
+fn groups(lines: &[[[f64; 2]; 2]]) -> usize {
+    let mut of: Vec<usize> = (0..lines.len()).collect();
+    for i in 0..lines.len() {
+        for j in 0..i {
+            if gap_mm(&lines[i], &lines[j]) < 0.1 {
+                let (a, b) = (of[i], of[j]);
+                of.iter_mut().filter(|group| **group == a).for_each(|group| *group = b);
+            }
+        }
+    }
+    of.sort_unstable();
+    of.dedup();
+    of.len()
+}
+
+/// The distance of two stretches, mm.
+fn gap_mm(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> f64 {
+    let side = |[p, q]: &[[f64; 2]; 2], r: &[f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    if side(a, &b[0]) * side(a, &b[1]) < 0.0 && side(b, &a[0]) * side(b, &a[1]) < 0.0 {
+        return 0.0;
+    }
+    let to = |[p, q]: &[[f64; 2]; 2], r: &[f64; 2]| {
+        let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
+        let t = (((r[0] - p[0]) * dx + (r[1] - p[1]) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+        (r[0] - p[0] - t * dx).hypot(r[1] - p[1] - t * dy)
+    };
+    to(a, &b[0]).min(to(a, &b[1])).min(to(b, &a[0])).min(to(b, &a[1]))
 }
 
 /// A scene of figure 4.1 with what is printed of it.

@@ -252,6 +252,9 @@ pub(in crate::cli) struct Support {
     /// Gap between the supports and the model
     #[arg(long, default_value_t = SupportOptions::default().gap_mm, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) gap: f64,
+    /// Let crossed sheets touch their neighbours at every Nth level only, so that powder can be removed [1: everywhere]
+    #[arg(long, default_value_t = SupportOptions::default().touch_every, value_name = "N")]
+    pub(in crate::cli) touch_every: u16,
     /// Height of a roof of bars on top of the supports, at most --step [0: none]
     #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) roof: f64,

@@ -65,6 +65,8 @@ pub struct SupportOptions {
     pub wall_mm: Option<f64>,
     /// What is left free below the part, mm.
     pub gap_mm: f64,
+    /// Crossed sheets touch their neighbours at every so-manieth level alone, so that powder gets out between them; 1: everywhere.
+    pub touch_every: u16,
     /// Roof and struts.
     pub form: SupportForm,
     /// Seed of the methods that draw numbers.
@@ -85,6 +87,7 @@ impl Default for SupportOptions {
             structure: "x".to_owned(),
             wall_mm: None,
             gap_mm: 0.2,
+            touch_every: 1,
             form: SupportForm::PLAIN,
             seed: 1,
         }
@@ -93,6 +96,8 @@ impl Default for SupportOptions {
 
 /// A sheet is one line of a usual nozzle thick, mm.
 const WALL_MM: f64 = 0.4;
+/// Sheets that end short of their neighbours are at most so much of a step thick; thicker ones would be stumps.
+const APART_WALL: f64 = 0.3;
 /// From the middle of a roof's bar to that of the next, in thicknesses of a wall.
 const ROOF_WALLS: f64 = 2.0;
 /// Sheets follow the part in steps of about this height, mm, and of no less than this share of the gap.
@@ -271,14 +276,17 @@ fn built(
     let edge = |k: usize| low + k as f64 * layer_mm;
     let spans: Vec<[f64; 2]> = (0..((top - low) / layer_mm).ceil() as usize).map(|k| [edge(k), edge(k + 1)]).collect();
     let cuts = Cuts::of(&Around { meshes, carrying: meshes.len(), keels: &Keels::default() }, spans, clearance);
-    let sheets = sheets(&lines(graph, flow, &cuts, &Laying { on_part: false, roof }), wall_mm);
+    let made = |touch_every| sheets(&lines(graph, flow, &cuts, &Laying { on_part: false, roof, touch_every }), wall_mm);
+    let sheets = made(options.touch_every);
+    // Where ends draw back from their neighbours upper sides are free that hold nothing.
+    let contact_mm2 = if options.touch_every > 1 { made(1).contact_mm2 } else { sheets.contact_mm2 };
     Built {
         volume_mm3: sheets.mesh.volume(),
         mesh: sheets.mesh,
         chains: sheets.count - sheets.bars,
         bars: sheets.bars,
         plate_mm2: sheets.plate_mm2,
-        contact_mm2: sheets.contact_mm2,
+        contact_mm2,
     }
 }
 
@@ -293,6 +301,15 @@ fn checked(options: &SupportOptions) -> Result<(FlowMethod, &'static str), BadSe
     BadSetting::within("capacity", f64::from(options.capacity), "", [1.0, 1000.0])?;
     BadSetting::within("node-capacity", options.node_capacity.map_or(1.0, f64::from), "", [1.0, 1000.0])?;
     BadSetting::within("wall", wall_mm(options), " mm", [0.01, options.step_mm])?;
+    BadSetting::within("touch-every", f64::from(options.touch_every), "", [1.0, 1000.0])?;
+    if options.touch_every > 1 {
+        if options.structure != "x" {
+            let text = options.touch_every.to_string();
+            let wanted = "needs --structure x, whose sheets touch their neighbours; other columns stand by themselves";
+            return Err(BadSetting::Words { name: "touch-every", text, wanted: wanted.to_owned() });
+        }
+        BadSetting::within("wall", wall_mm(options), " mm", [0.01, APART_WALL * options.step_mm])?;
+    }
     BadSetting::within("gap", options.gap_mm, " mm", [0.0, 5.0])?;
     options.form.check(options.step_mm, options.step_mm)?;
     if options.form.roof_pitch_mm.is_some_and(|pitch| pitch < wall_mm(options)) {
@@ -325,7 +342,8 @@ pub fn is_3mf(path: &Path) -> Result<bool, BadSetting> {
 }
 
 fn wall_mm(options: &SupportOptions) -> f64 {
-    options.wall_mm.unwrap_or(WALL_MM.min(0.5 * options.step_mm))
+    let most = if options.touch_every > 1 { APART_WALL } else { 0.5 };
+    options.wall_mm.unwrap_or(WALL_MM.min(most * options.step_mm))
 }
 
 fn named<T: Copy>(

@@ -48,7 +48,7 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
         gap_mm: RULER.layer_mm,
         clear: Clear::Layers { beside_mm: RULER.line_mm / 2.0 },
     };
-    let how = Laying { on_part: false, roof: None };
+    let how = Laying { on_part: false, roof: None, touch_every: 1 };
     let around = Around { meshes: &all, carrying: all.len(), keels: &Keels::default() };
     let laid = lines(&graph, &planned.flow, &Cuts::of(&around, spans, clearance), &how);
     let settings =

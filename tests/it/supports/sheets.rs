@@ -170,3 +170,54 @@ fn sheets_keep_their_gap_from_all_sides_and_hold_what_is_beside_walls() {
         }
     }
 }
+
+/// At every third level, on the ground and below what they hold the corners of cells are within sheets; between, powder gets through.
+#[test]
+fn sheets_touch_at_every_third_level_alone() {
+    let folder = folder();
+    let model = [arm(0.0)];
+    // Columns straight down, none of which join.
+    let straight = ["--method", "min-cost", "--capacity", "1"];
+    let (plain, said) = supported(&model, &straight, folder.path());
+    let (apart, told) = supported(&model, &[&straight[..], &["--touch-every", "3"]].concat(), folder.path());
+    assert_closed(&apart);
+    for key in ["cost", "covered_share", "contact_mm2"] {
+        assert_eq!(told[key], said[key], "{key}");
+    }
+    // The lowest layer is measured in its middle.
+    let plates = [&told, &said].map(|document| document["plate_mm2"].as_f64().unwrap());
+    assert!(plates[0] <= plates[1] && plates[0] > 0.95 * plates[1], "{plates:?}");
+    assert!(apart.volume() < 0.95 * plain.volume() && apart.volume() > 0.6 * plain.volume());
+    let origin: Vec<f64> = told["origin_mm"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    let nearest = |mesh: &TriangleMesh<Slot>, z: f64| -> [f64; 2] {
+        // Corners between four columns below the arm.
+        let corner = |k: usize, low: f64| origin[k] + ((low - origin[k]) / STEP_MM).ceil() * STEP_MM;
+        let places = (0..6).flat_map(|i| (0..3).map(move |j| [i, j])).map(|[i, j]| {
+            Vec3::new(corner(0, 12.0) + f64::from(i) * STEP_MM, corner(1, -2.5) + f64::from(j) * STEP_MM, z)
+        });
+        let all = corners(mesh);
+        let of_place = |p: Vec3| all.iter().map(|triangle| distance(triangle, &p)).fold(f64::INFINITY, f64::min);
+        let found: Vec<f64> = places.map(of_place).collect();
+        [f64::min, f64::max].map(|of| found.iter().copied().reduce(of).unwrap())
+    };
+    // Half a wall is the farthest from the surface within a sheet; ends are a quarter of a step short, and a quarter of a wall longer.
+    let free_mm = 0.25 * STEP_MM - 0.25 * 0.4;
+    for level in 0..7 {
+        let z = f64::from(level) * STEP_MM + 0.05;
+        let [least, most] = nearest(&apart, z);
+        if level % 3 == 0 {
+            assert!(most < 0.25, "level {level}: {most} mm");
+        } else {
+            assert!(least > free_mm - 0.06, "level {level}: {least} mm");
+        }
+        assert!(nearest(&plain, z)[1] < 0.25, "level {level}");
+    }
+    let [_, most] = nearest(&apart, 14.4);
+    assert!(most < 0.25, "below what they hold: {most} mm");
+    // Ends go out by no more than they rise, and by half a layer more in the one in which they begin to lean out beside a wall.
+    let steep = |[a, b, c]: &[Vec3; 3]| {
+        let normal = (b - a).cross(&(c - a));
+        normal.z < -0.84 * normal.norm() && a.z.max(b.z).max(c.z) > 0.1
+    };
+    assert!(!corners(&apart).iter().any(|triangle| steep(triangle)));
+}

@@ -149,7 +149,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     std::fs::write(&open_file, stl_binary(&open)).unwrap();
     let name = |ending: &str| folder.path().join(ending).display().to_string();
     let (text, stl) = (name("supports.txt"), name("supports.stl"));
-    let cases: [(&Path, &[&str], &[&str]); 19] = [
+    let cases: [(&Path, &[&str], &[&str]); 22] = [
         (&open_file, &["-o", &stl, "--repair", "off"], &["open.stl", "3 open edges", "--repair off"]),
         (&ring, &["--step", "0"], &["--step", "0.05 and 100", "got 0 mm"]),
         (&ring, &["--step", "-2"], &["--step", "0.05 and 100", "got -2 mm"]),
@@ -168,6 +168,9 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&ring, &["--roof", "1", "--roof-pitch", "0.05"], &["--roof-pitch", "0.1 and 10", "got 0.05 mm"]),
         (&ring, &["--roof", "1", "--roof-pitch", "0.3"], &["--roof-pitch", "0.4 and 10", "got 0.3 mm"]),
         (&ring, &["--brace", "3"], &["--brace", "4 and 1000", "got 3 mm"]),
+        (&ring, &["--touch-every", "0"], &["--touch-every", "1 and 1000", "got 0"]),
+        (&ring, &["--touch-every", "3", "--structure", "tree"], &["--touch-every 3", "--structure x"]),
+        (&ring, &["--touch-every", "3", "--wall", "0.7"], &["--wall", "0.01 and 0.6", "got 0.7 mm"]),
         (&ring, &["-o", &text], &["supports.txt", ".stl or .3mf"]),
     ];
     for (model, more, wanted) in cases {
