@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What scripts/test.sh leaves out because it takes hours: the whole of each sweep of which the suite has a part, from seeds that are new each time, every
-# test of what slicers give with those of Debian 13, fuzzing, Ray, the static binary and the remaining lints. Goes on after a finding.
+# test of what slicers give with those of Debian 13, fuzzing, Ray, builds in two folders, a wheel for older systems, the static
+# binary and the remaining lints. Goes on after a finding.
 #
 #   soak.sh [SEED]        SEED: the first of the random seeds (else the seconds since 1970); the same one repeats a run
 #
@@ -83,6 +84,37 @@ elif ! have musl-gcc; then
     skip "the static binary was not built: musl-gcc is not there (package musl-tools)"
 else
     step "static binary" static_binary
+fi
+
+# One commit, built in two folders of different names: the same bytes.
+same_bytes() {
+    local place="$target/same-bytes" folder code=0
+    rm -rf "$place"
+    for folder in one "another folder"; do
+        git clone -q . "$place/$folder" || return 1
+        (cd "$place/$folder" && CARGO_TARGET_DIR="$place/$folder/target" cargo build --release --locked --bin trunnion) || return 1
+    done
+    cmp "$place/one/target/release/trunnion" "$place/another folder/target/release/trunnion" || code=1
+    rm -rf "$place"
+    return $code
+}
+step "the same bytes in two folders" same_bytes
+
+# A wheel that runs on systems older than this one, linked by zig.
+older_systems() {
+    local place="$target/python-older"
+    rm -rf "$place"
+    CARGO_TARGET_DIR=$target maturin build --release --locked --zig --compatibility manylinux2014 -m python/Cargo.toml -i .venv/bin/python --out "$place" || return 1
+    python3 -m venv "$place/venv" && timeout -k 20 300 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$place"/*.whl </dev/null || return 1
+    "$place/venv/bin/python" -c 'import sys, trunnion; trunnion.prepare("fixtures/y-tree.stl", "generic-ac", slicer="builtin", output=sys.argv[1])' "$place/y-tree.gcode" || return 1
+    cargo run --locked --all-features --profile proof -- prepare fixtures/y-tree.stl -m generic-ac --slicer builtin -q -o "$place/own.gcode" || return 1
+    cmp "$place/y-tree.gcode" "$place/own.gcode"
+}
+from_registry ziglang 600 "zig (a wheel for older systems)" ziglang==0.17.1
+if [ -x .venv/bin/python ] && .venv/bin/python -c 'import maturin, ziglang' 2>/dev/null; then
+    step "a wheel for older systems" older_systems
+else
+    skip "no wheel for older systems was built: maturin or zig is not there"
 fi
 
 # Guided by what the code does with the bytes: docs/explanation/fuzzing.md.

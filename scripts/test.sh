@@ -171,6 +171,6 @@ counted
 left_out
 cat <<'TEXT'
 left to scripts/soak.sh: longer and other random sweeps (fuzz targets, solids, plans, slices), fuzzing, every test of what slicers give with those of Debian 13,
-  Ray, the static binary, lints of the unit tests and of the Python package
+  Ray, builds in two folders, a wheel for older systems, the static binary, lints of the unit tests and of the Python package
 TEXT
 ended
