@@ -13,6 +13,7 @@ use super::folder::Saving;
 use super::http::{HttpAnswer, RequestHead};
 use super::project::{ProjectChange, Stamp, Task};
 use super::routes::{FILES, WebAsked, asked, kind_of};
+use super::runs::Lent;
 use super::shared::Shared;
 use super::state::Saved;
 use super::{folder, runs, scene};
@@ -276,8 +277,8 @@ fn start(task: Task, revision: &str, shared: &Arc<Shared>) -> Result<(), Workben
     let heard = shared.clone();
     // The state is held until the job is in it: it may end at once.
     let mut state = shared.state();
-    let started =
-        runs::start(&shared.folder, &words, task.prints(), move |said| heard.with(|state| state.hear(task, said)));
+    let lent = Lent { terminal: task.prints(), key: task.publishes() };
+    let started = runs::start(&shared.folder, &words, lent, move |said| heard.with(|state| state.hear(task, said)));
     match started {
         Ok(job) => state.jobs.insert(task, job),
         Err(source) => {

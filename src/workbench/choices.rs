@@ -23,7 +23,8 @@ pub(super) const FINISHES: [&str; 2] = ["auto", "fine"];
 /// Slicers that can be chosen.
 pub(super) const SLICERS: [&str; 6] = ["auto", "builtin", "prusa-slicer", "slic3r", "cura", "orca"];
 /// Names of the choices that are set by a word.
-pub(super) const CHOICES: [&str; 9] = ["machine", "way", "unit", "plate", "up", "finish", "slicer", "order", "port"];
+pub(super) const CHOICES: [&str; 11] =
+    ["machine", "way", "unit", "plate", "up", "finish", "slicer", "order", "port", "server", "key_file"];
 
 /// Endings of the files that preparing makes.
 pub(super) const ENDINGS: [&str; 3] = ["gcode", "plan.json", "html"];
@@ -88,6 +89,10 @@ pub(super) struct Choices {
     pub(super) order: String,
     /// The printer's port; empty without one.
     pub(super) port: String,
+    /// The print server, as `--to` has it; empty without one.
+    pub(super) server: String,
+    /// The file with that server's key, in the project's folder; empty where it needs none, or the environment has it.
+    pub(super) key_file: String,
 }
 
 impl Choices {
@@ -119,7 +124,9 @@ impl Choices {
             "order" => {
                 (&mut self.order, "order", value == "auto" || value.len() <= MOST_ORDER && ordered(value).is_ok())
             }
-            "port" => (&mut self.port, "port", !value.starts_with('-') && !value.chars().any(char::is_control)),
+            "port" => (&mut self.port, "port", is_word(value)),
+            "server" => (&mut self.server, "server", is_word(value)),
+            "key_file" => (&mut self.key_file, "key_file", value.is_empty() || is_below(value)),
             _ => return Err(WorkbenchError::BadChoice { name: "name", value: name.to_owned() }),
         };
         if !good {
@@ -157,6 +164,8 @@ impl Choices {
             order: String::new(),
             slicer: String::new(),
             port: String::new(),
+            server: String::new(),
+            key_file: String::new(),
             ..choices.clone()
         };
         if self.order == before.order && parts(self) != parts(before) {
@@ -301,6 +310,11 @@ impl Choices {
         push(&mut words, "--slicer", &self.slicer);
         Ok(words)
     }
+}
+
+/// Whether the command takes it for the value of a flag.
+fn is_word(value: &str) -> bool {
+    !value.starts_with('-') && !value.chars().any(char::is_control)
 }
 
 /// Whether a machine's name is that of a file.

@@ -27,11 +27,16 @@ pub(super) enum Task {
     Print,
     /// The print again, from its journal.
     Resume,
+    /// The file to a print server.
+    Publish,
+    /// The same, and the print there.
+    PublishAndStart,
 }
 
 impl Task {
     /// All of them.
-    pub(super) const ALL: [Self; 4] = [Self::Prepare, Self::Rehearse, Self::Print, Self::Resume];
+    pub(super) const ALL: [Self; 6] =
+        [Self::Prepare, Self::Rehearse, Self::Print, Self::Resume, Self::Publish, Self::PublishAndStart];
 
     /// Its name in addresses and documents.
     pub(super) fn name(self) -> &'static str {
@@ -40,6 +45,8 @@ impl Task {
             Self::Rehearse => "rehearse",
             Self::Print => "print",
             Self::Resume => "resume",
+            Self::Publish => "publish",
+            Self::PublishAndStart => "publish-and-start",
         }
     }
 
@@ -48,9 +55,14 @@ impl Task {
         Self::ALL.into_iter().find(|task| task.name() == name)
     }
 
-    /// Whether it moves a real printer.
+    /// Whether it drives a real printer for as long as it runs.
     pub(super) fn prints(self) -> bool {
         matches!(self, Self::Print | Self::Resume)
+    }
+
+    /// Whether it speaks to a print server, which wants a key.
+    pub(super) fn publishes(self) -> bool {
+        matches!(self, Self::Publish | Self::PublishAndStart)
     }
 }
 
@@ -278,6 +290,17 @@ impl Project {
         if !self.is_prepared() {
             return Err(WorkbenchError::NotYet { what: "prepare the file that is to be printed" });
         }
+        if task.publishes() {
+            if self.choices.server.is_empty() {
+                return Err(WorkbenchError::NotYet { what: "enter the print server" });
+            }
+            let mut words = own(&["publish", &gcode, "--plan", &plan, "--to", &self.choices.server]);
+            if !self.choices.key_file.is_empty() {
+                words.extend(own(&["--key-file", &self.choices.key_file]));
+            }
+            words.extend((task == Task::PublishAndStart).then(|| "--start".to_owned()));
+            return Ok(words);
+        }
         let mut words = own(&["send", &gcode, "--plan", &plan]);
         match task {
             Task::Rehearse => words.push("--dry-run".to_owned()),
@@ -361,12 +384,14 @@ impl Project {
         let commands: serde_json::Map<String, Value> =
             Task::ALL.into_iter().map(|task| (task.name().to_owned(), command(task))).collect();
         let files: Vec<Value> = ENDINGS.iter().map(|ending| self.choices.output(ending).into()).collect();
-        let Choices { models, machine, unit, plate, way, up, finish, slicer, order, port } = &self.choices;
+        let Choices { models, machine, unit, plate, way, up, finish, slicer, order, port, server, key_file } =
+            &self.choices;
         json!({
             "revision": self.revision,
             "models": models.iter().enumerate().map(model).collect::<Vec<_>>(),
             "inspect": (0..models.len()).map(|i| line(&self.choices.inspect(i))).collect::<Vec<_>>(),
             "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order, "port": port,
+            "server": server, "key_file": key_file,
             "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,
             "timeline": self.timeline().ok().map(Timeline::document),

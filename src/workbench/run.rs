@@ -50,7 +50,7 @@ impl Run {
     /// Takes what the job says; the document of one that has ended and is no print.
     pub(super) fn hear(&mut self, said: JobSaid) -> Option<&Value> {
         match said {
-            JobSaid::Result(line) if self.task == Task::Prepare => {
+            JobSaid::Result(line) if self.task == Task::Prepare || self.task.publishes() => {
                 self.out.push_str(&line);
                 self.out.push('\n');
             }
@@ -96,7 +96,8 @@ impl Run {
 
     /// The document of a run that has ended: what it printed, or what stands for its failure.
     fn ended(&self) -> Option<Value> {
-        if self.task != Task::Prepare && self.exit == Some(0) {
+        let tells = self.task == Task::Prepare || self.task.publishes();
+        if !tells && self.exit == Some(0) {
             return None;
         }
         let printed = serde_json::from_str::<Value>(&self.out).ok().filter(Value::is_object);
@@ -121,6 +122,7 @@ impl Run {
             "command": line(&self.words), "running": self.running, "stopped": self.stopped, "exit": self.exit, "notes": self.notes,
             "bar": self.bar.as_ref().map(|(what, at, of)| json!({"what": what, "at": at, "of": of})),
             "event": self.event, "progress": self.progress, "paused": self.paused, "asks": self.asks, "failed": failed,
+            "published": self.document.as_ref().filter(|_| self.task.publishes() && failed.is_none()),
         })
     }
 }

@@ -39,6 +39,15 @@ pub(super) struct Job {
     terminal: Option<File>,
 }
 
+/// What a job has of ours.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lent {
+    /// A terminal, by which it is paused.
+    pub(super) terminal: bool,
+    /// The key of a server that the workbench was started with.
+    pub(super) key: bool,
+}
+
 /// Starts the command of `words` in `folder`; `hear` gets what it says, in the order of each stream, and its end last.
 ///
 /// # Errors
@@ -47,12 +56,15 @@ pub(super) struct Job {
 pub(super) fn start(
     folder: &Path,
     words: &[String],
-    by_hand: bool,
+    lent: Lent,
     hear: impl Fn(JobSaid) + Send + Sync + 'static,
 ) -> std::io::Result<Job> {
     let mut command = Command::new(std::env::current_exe()?);
-    command.arg("--json").args(words).current_dir(folder).env_remove(KEY_VARIABLE).env(PROGRESS_VARIABLE, "lines");
-    let (terminal, input) = if by_hand { terminal()? } else { (None, Stdio::null()) };
+    command.arg("--json").args(words).current_dir(folder).env(PROGRESS_VARIABLE, "lines");
+    if !lent.key {
+        command.env_remove(KEY_VARIABLE);
+    }
+    let (terminal, input) = if lent.terminal { terminal()? } else { (None, Stdio::null()) };
     command.stdin(input).stdout(Stdio::piped()).stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);

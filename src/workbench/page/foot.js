@@ -7,10 +7,10 @@ import { TEXTS } from './texts.js';
 function current(room, state) {
   if (room === 'model') return state.inspect.length ? { line: state.inspect[state.inspect.length - 1] } : { why_not: state.commands.prepare.why_not };
   if (room !== 'print') return state.commands.prepare;
-  const { rehearse, print, resume } = state.runs;
-  const running = [print, resume, rehearse].find((run) => run?.running);
+  const running = ['print', 'resume', 'rehearse', 'publish', 'publish-and-start'].map((task) => state.runs[task]).find((run) => run?.running);
   if (running) return { line: running.command };
-  return state.commands.print.line ? state.commands.print : state.commands.rehearse;
+  const { print, publish, rehearse } = state.commands;
+  return [print, publish].find((command) => command.line) ?? rehearse;
 }
 
 export function foot(element, room, state, copied) {

@@ -1,7 +1,7 @@
 // The room of the print: rehearse, print, pause, continue, end.
 
 import { button, failure, figures, h, notice, number, time } from './parts.js';
-import { log } from './see.js';
+import { log, progress } from './see.js';
 import { TEXTS } from './texts.js';
 
 const degrees = (now, wanted) => `${number(now, 0)}${wanted ? ` / ${number(wanted, 0)}` : ''} °C`;
@@ -41,6 +41,25 @@ function rehearsal(run) {
   return run.failed ? failure(run.failed, TEXTS.code) : null;
 }
 
+const field = (name, value, label, hint) => h('label', { class: 'field', for: name }, h('span', { text: label }), h('input', { id: name, 'data-set': name, value, placeholder: hint, spellcheck: 'false', autocomplete: 'off' }));
+
+/** What has become of an upload. */
+function uploaded(run) {
+  if (!run || run.running) return null;
+  const { published: done, failed } = run;
+  if (done) return [notice('good', TEXTS.published(done.file, done.url, done.uploads > 0), done.started ? TEXTS.started : null), log(run)];
+  return [failed && failure(failed, TEXTS.code), log(run)];
+}
+
+/** The print by way of a server: its address, its key, the buttons, and the last upload. */
+function publishing(state, off) {
+  const [task, run] = Object.entries(state.runs).find(([name]) => name.startsWith('publish')) ?? [];
+  return h('section', {}, h('h3', { text: TEXTS.publishTitle }), h('p', { class: 'soft', text: TEXTS.publishHint }),
+    field('server', state.server, TEXTS.server, TEXTS.serverHint), field('key_file', state.key_file, TEXTS.keyFile, TEXTS.keyFileHint),
+    h('div', { class: 'row' }, button('run', TEXTS.publish, { id: 'publish', 'data-task': 'publish', disabled: off('publish') }), button('run', TEXTS.publishAndStart, { id: 'publish-and-start', 'data-task': 'publish-and-start', disabled: off('publish-and-start') })),
+    run?.running ? progress(run, task) : uploaded(run));
+}
+
 export function printPanel(state) {
   const { print, resume, rehearse } = state.runs, { commands, busy } = state;
   const [task, run] = [['resume', resume], ['print', print]].find(([, one]) => one?.running) ?? ['print', null];
@@ -51,9 +70,10 @@ export function printPanel(state) {
     run && [live(run, task), log(run)],
     !run && [
       h('section', {}, h('p', { class: 'soft', text: TEXTS.rehearseHint }), button('run', TEXTS.rehearse, { id: 'rehearse', 'data-task': 'rehearse', disabled: off('rehearse') }), rehearsal(rehearse)),
-      h('section', {}, h('label', { class: 'field', for: 'port' }, h('span', { text: TEXTS.port }), h('input', { id: 'port', 'data-set': 'port', value: state.port, placeholder: TEXTS.portHint, spellcheck: 'false', autocomplete: 'off' })),
+      h('section', {}, field('port', state.port, TEXTS.port, TEXTS.portHint),
         h('div', { class: 'row' }, button('run', TEXTS.print, { id: 'print', class: 'primary', 'data-task': 'print', disabled: off('print') }), button('run', TEXTS.resume, { id: 'resume', 'data-task': 'resume', disabled: off('resume') })),
         ended(resume ?? print)),
+      publishing(state, off),
     ],
   ];
 }

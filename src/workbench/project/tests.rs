@@ -65,6 +65,13 @@ fn what_is_missing_is_named() {
     set(&mut project, "port", "/dev/ttyUSB0");
     let wanted = "trunnion send hook.trunnion.gcode --plan hook.trunnion.plan.json --port /dev/ttyUSB0 --resume";
     assert_eq!(line(&project.words(Task::Resume).unwrap()), wanted);
+    assert!(missing(&project, Task::Publish).contains("print server"));
+    set(&mut project, "server", "duet:http://duet.local");
+    let upload = "trunnion publish hook.trunnion.gcode --plan hook.trunnion.plan.json --to duet:http://duet.local";
+    assert_eq!(line(&project.words(Task::Publish).unwrap()), upload);
+    set(&mut project, "key_file", "keys/duet.key");
+    let wanted = format!("{upload} --key-file keys/duet.key --start");
+    assert_eq!(line(&project.words(Task::PublishAndStart).unwrap()), wanted);
 }
 
 #[test]

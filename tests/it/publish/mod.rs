@@ -20,10 +20,11 @@ use trunnion::publish::Kind;
 
 use crate::pipeline::{fixture, prepare};
 use crate::support::{Command, folder, said, skip, trunnion};
-use server::{Door, Hitch, Server};
+pub(crate) use server::Server;
+use server::{Door, Hitch};
 
 /// A key that must be seen nowhere.
-pub(super) const KEY: &str = "OPEN-SESAME-0123456789ABCDEF";
+pub(crate) const KEY: &str = "OPEN-SESAME-0123456789ABCDEF";
 
 /// A prepared program, its plan and the report of its verification; made once.
 pub(super) struct Prepared {

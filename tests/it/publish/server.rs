@@ -47,12 +47,12 @@ pub(super) enum Door {
     Garbled,
 }
 
-pub(super) struct Inside {
+pub(crate) struct Inside {
     pub(super) kind: Kind,
-    pub(super) key: Option<String>,
+    pub(crate) key: Option<String>,
     pub(super) door: Door,
     pub(super) hitches: VecDeque<Hitch>,
-    pub(super) files: BTreeMap<String, Vec<u8>>,
+    pub(crate) files: BTreeMap<String, Vec<u8>>,
     pub(super) free: u64,
     /// What is printed.
     pub(super) printing: Option<String>,
@@ -63,14 +63,14 @@ pub(super) struct Inside {
     /// The answer to a start is lost.
     pub(super) start_lost: bool,
     /// How often a print was started.
-    pub(super) started: usize,
+    pub(crate) started: usize,
     /// Method and path of all requests, with whether the key came along.
     pub(super) asked: Vec<String>,
     pub(super) userdata: Option<String>,
 }
 
 #[derive(Clone)]
-pub(super) struct Server {
+pub(crate) struct Server {
     pub(super) address: SocketAddr,
     kind: Kind,
     tls: bool,
@@ -111,7 +111,7 @@ pub(super) struct Request {
 }
 
 impl Server {
-    pub(super) fn of(kind: Kind) -> Self {
+    pub(crate) fn of(kind: Kind) -> Self {
         Self::spoken(kind, None)
     }
 
@@ -155,7 +155,7 @@ impl Server {
         server
     }
 
-    pub(super) fn inside(&self) -> MutexGuard<'_, Inside> {
+    pub(crate) fn inside(&self) -> MutexGuard<'_, Inside> {
         self.inside.lock().unwrap()
     }
 
@@ -171,7 +171,7 @@ impl Server {
     }
 
     /// As `--to` takes it.
-    pub(super) fn to(&self) -> String {
+    pub(crate) fn to(&self) -> String {
         format!("{}:{}", self.kind.word(), self.url())
     }
 

@@ -1,9 +1,11 @@
 //! The page in headless Chromium, by pointer and by keys.
 
 use serde_json::{Value, json};
+use trunnion::publish::Kind;
 
 use super::{Workbench, open, open_in};
 use crate::preview::browser::{Answers, browse_any};
+use crate::publish::Server;
 use crate::support::folder;
 
 pub(super) fn eval(code: &str) -> Value {
@@ -233,4 +235,54 @@ fn a_click_puts_the_model_on_a_face_and_the_command_says_so() {
     assert!(["1,0,0", "-1,0,0", "0,1,0", "0,-1,0", "0,0,-1"].contains(&up), "{up}");
     assert_eq!((&results[6], &results[9], &results[15]), (&json!([20, 20, 20]), &json!(false), &json!(0)));
     assert!(results[12].as_str().unwrap().contains(&format!(" --up {up} ")), "{}", results[12]);
+}
+
+#[test]
+fn a_print_is_uploaded_by_the_keyboard_and_started_by_a_click() {
+    let server = Server::of(Kind::OctoPrint);
+    let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
+    workbench.post("/api/set?name=slicer&value=builtin");
+    let folder = workbench.folder.path();
+    std::fs::write(folder.join("printer.key"), "any\n").unwrap();
+    let typed = |id: &str, value: &str| {
+        eval(&format!(
+            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+        ))
+    };
+    let told = || eval("document.getElementById('panel').textContent");
+    let steps = [
+        until(&format!("{STATE} && workbench.page.machines.machines")),
+        key("3"),
+        until("document.getElementById('prepare')"),
+        click("#prepare"),
+        until(&format!("{STATE}.prepared && !{STATE}.busy")),
+        key("4"),
+        until("document.getElementById('server')"),
+        eval("document.getElementById('publish').disabled"),
+        typed("server", &server.to()),
+        until(&format!("{STATE}.server")),
+        typed("key_file", "printer.key"),
+        until(&format!("{STATE}.key_file && !document.getElementById('publish').disabled")),
+        eval("document.getElementById('command').textContent"),
+        eval("document.getElementById('publish').focus()"),
+        key("Enter"),
+        until(&format!("{STATE}.runs.publish && !{STATE}.runs.publish.running")),
+        told(),
+        click("#publish-and-start"),
+        until(&format!("{STATE}.runs['publish-and-start'] && !{STATE}.runs['publish-and-start'].running")),
+        told(),
+        shot("publish"),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    let text = |i: usize| answers.results[i].as_str().unwrap();
+    assert_eq!(answers.results[7], true);
+    let wanted = format!(
+        "trunnion publish cube.trunnion.gcode --plan cube.trunnion.plan.json --to {} --key-file printer.key",
+        server.to()
+    );
+    assert_eq!(text(12), wanted);
+    assert!(text(16).contains("cube.trunnion.gcode is on"), "{}", text(16));
+    assert!(text(19).contains("was already on") && text(19).contains("has started"), "{}", text(19));
+    assert_eq!(server.inside().started, 1);
 }

@@ -16,7 +16,7 @@ use std::process::Stdio;
 use serde_json::Value;
 
 use crate::link::Running;
-use crate::support::{PATIENCE, folder, trunnion};
+use crate::support::{Command, PATIENCE, folder, trunnion};
 
 /// A workbench that ends with its owner.
 struct Workbench {
@@ -51,7 +51,11 @@ fn open(models: &[&str], words: &[&str]) -> Workbench {
 }
 
 fn open_in(folder: tempfile::TempDir, words: &[&str]) -> Workbench {
-    let mut command = trunnion();
+    open_by(&mut trunnion(), folder, words)
+}
+
+/// The same, by a command whose environment is made already.
+fn open_by(command: &mut Command, folder: tempfile::TempDir, words: &[&str]) -> Workbench {
     command.args(["open", "--no-browser", "--json"]).args(words).current_dir(folder.path());
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let mut line = String::new();

@@ -1,10 +1,12 @@
 //! Prints from the page, on the simulated printer.
 
 use serde_json::Value;
+use trunnion::publish::Kind;
 
-use super::{Workbench, open_in};
+use super::{Workbench, open_by, open_in};
 use crate::link::{profile, simulate};
-use crate::support::folder;
+use crate::publish::{KEY, Server};
+use crate::support::{folder, trunnion};
 
 /// A workbench with a cube that is ready to print, on a machine of its own.
 fn ready() -> Workbench {
@@ -69,4 +71,67 @@ fn a_print_comes_to_its_end_and_one_that_is_stopped_at_once_stops_the_printer() 
     workbench.post("/api/word?task=print&word=stop");
     let ended = workbench.until("the end", |state| print(state)["running"] == false);
     assert!(crate::link::killed(&log), "{}", print(&ended));
+}
+
+/// A workbench with a cube on a machine, the key in a file, and that ready.
+fn cube_on(machine: &str, key_in_environment: bool) -> Workbench {
+    let folder = folder();
+    std::fs::copy(crate::pipeline::fixture("cube"), folder.path().join("cube.stl")).unwrap();
+    std::fs::write(folder.path().join("printer.key"), format!("{KEY}\n")).unwrap();
+    let mut command = trunnion();
+    command.env_remove("TRUNNION_KEY");
+    if key_in_environment {
+        command.env("TRUNNION_KEY", KEY);
+    }
+    let workbench = open_by(&mut command, folder, &["cube.stl", "-m", machine]);
+    workbench.post("/api/set?name=slicer&value=builtin");
+    workbench
+}
+
+#[test]
+fn a_file_goes_to_each_print_server_and_is_started_there() {
+    for (kind, machine) in
+        [(Kind::OctoPrint, "generic-ac"), (Kind::Moonraker, "fractal-5-pro"), (Kind::Duet, "open5x-voron0")]
+    {
+        let server = Server::of(kind);
+        server.inside().key = Some(KEY.to_owned());
+        let workbench = cube_on(machine, false);
+        let missing = |workbench: &Workbench| workbench.state()["commands"]["publish"]["why_not"].clone();
+        assert!(missing(&workbench).as_str().unwrap().contains("prepare"));
+        workbench.run("prepare");
+        assert!(missing(&workbench).as_str().unwrap().contains("print server"));
+        workbench.post(&format!("/api/set?name=server&value={}", server.to()));
+        let locked = workbench.run("publish");
+        assert_eq!(locked["runs"]["publish"]["failed"]["code"], "server/no-key", "{}", locked["runs"]["publish"]);
+        // A key lies in the project's folder, and nowhere else.
+        for path in ["/etc/passwd", "../printer.key", "~/printer.key/..", "-k"] {
+            let refused = workbench.posted(&format!("/api/set?name=key_file&value={path}"));
+            assert_eq!(refused.json()["code"], "workbench/bad-choice", "{path}");
+        }
+        workbench.post("/api/set?name=key_file&value=printer.key");
+        let done = workbench.run("publish");
+        let published = &done["runs"]["publish"]["published"];
+        assert_eq!((&published["uploads"], &published["started"]), (&1.into(), &false.into()), "{done}");
+        let bytes = std::fs::read(workbench.folder.path().join("cube.trunnion.gcode")).unwrap();
+        assert!(server.inside().files.values().any(|file| *file == bytes), "not the same bytes");
+        assert_eq!(server.inside().started, 0);
+        let begun = workbench.run("publish-and-start");
+        let published = &begun["runs"]["publish-and-start"]["published"];
+        assert_eq!((&published["uploads"], &published["started"]), (&0.into(), &true.into()), "{begun}");
+        assert_eq!(server.inside().started, 1);
+        assert!(begun["runs"]["publish"].is_null(), "the last upload is told alone");
+        assert!(!begun.to_string().contains(KEY), "the key is on the page");
+    }
+}
+
+/// The key that the workbench was started with goes to uploads, and to no other job.
+#[test]
+fn a_key_in_the_environment_is_enough() {
+    let server = Server::of(Kind::OctoPrint);
+    server.inside().key = Some(KEY.to_owned());
+    let workbench = cube_on("generic-ac", true);
+    workbench.run("prepare");
+    workbench.post(&format!("/api/set?name=server&value={}", server.to()));
+    let done = workbench.run("publish-and-start");
+    assert_eq!(done["runs"]["publish-and-start"]["published"]["started"], true, "{done}");
 }
