@@ -272,7 +272,7 @@ def support(
         structure: of the columns: x (two crossed sheets), prism or tree.
         wall_mm: thickness of a sheet; the thinnest rod is twice as thick.
         gap_mm: between the supports and the model, 0 to 5.
-        touch_every: crossed sheets touch their neighbours at every so-manieth level only, so that powder can be removed; 1 everywhere.
+        touch_every: crossed sheets touch their neighbours once in so many levels, so that powder can be removed; 1 everywhere.
         roof_mm: height of a roof of bars on top of the supports, at most `step_mm`.
         roof_pitch_mm: from bar to bar of the roof.
         brace_mm: columns with an unbraced length above this are braced; 0 none.

@@ -9,7 +9,7 @@ pub struct Laying {
     pub on_part: bool,
     /// The roof below what is held; `None`: sheets alone hold it.
     pub roof: Option<Roof>,
-    /// Sheets touch those of the neighbours' cells at every so-manieth level alone, and below what they hold; 1: everywhere.
+    /// Sheets touch those of the neighbours' cells once in so many levels, and below what they hold; 1: everywhere.
     pub touch_every: u16,
 }
 

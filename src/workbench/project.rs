@@ -60,6 +60,11 @@ impl Task {
         matches!(self, Self::Print | Self::Resume)
     }
 
+    /// Whether its result is one document, printed at its end; the others tell of events.
+    pub(super) fn has_document(self) -> bool {
+        self == Self::Prepare || self.publishes()
+    }
+
     /// Whether it speaks to a print server, which wants a key.
     pub(super) fn publishes(self) -> bool {
         matches!(self, Self::Publish | Self::PublishAndStart)

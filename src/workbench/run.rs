@@ -50,7 +50,7 @@ impl Run {
     /// Takes what the job says; the document of one that has ended and is no print.
     pub(super) fn hear(&mut self, said: JobSaid) -> Option<&Value> {
         match said {
-            JobSaid::Result(line) if self.task == Task::Prepare || self.task.publishes() => {
+            JobSaid::Result(line) if self.task.has_document() => {
                 self.out.push_str(&line);
                 self.out.push('\n');
             }
@@ -96,8 +96,7 @@ impl Run {
 
     /// The document of a run that has ended: what it printed, or what stands for its failure.
     fn ended(&self) -> Option<Value> {
-        let tells = self.task == Task::Prepare || self.task.publishes();
-        if !tells && self.exit == Some(0) {
+        if !self.task.has_document() && self.exit == Some(0) {
             return None;
         }
         let printed = serde_json::from_str::<Value>(&self.out).ok().filter(Value::is_object);

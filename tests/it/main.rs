@@ -22,12 +22,12 @@ mod files_and_streams;
 mod fill;
 mod filled;
 mod first_layers;
-#[cfg(target_os = "linux")]
-mod flatpak;
 mod fuzzed;
 mod held;
 mod hooks;
 mod imported;
+#[cfg(target_os = "linux")]
+mod installers;
 mod islands;
 mod job;
 mod jogged;

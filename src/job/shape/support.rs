@@ -65,7 +65,7 @@ pub struct SupportOptions {
     pub wall_mm: Option<f64>,
     /// What is left free below the part, mm.
     pub gap_mm: f64,
-    /// Crossed sheets touch their neighbours at every so-manieth level alone, so that powder gets out between them; 1: everywhere.
+    /// Crossed sheets touch their neighbours once in so many levels, so that powder gets out between them; 1: everywhere.
     pub touch_every: u16,
     /// Roof and struts.
     pub form: SupportForm,

@@ -219,5 +219,5 @@ fn sheets_touch_at_every_third_level_alone() {
         let normal = (b - a).cross(&(c - a));
         normal.z < -0.84 * normal.norm() && a.z.max(b.z).max(c.z) > 0.1
     };
-    assert!(!corners(&apart).iter().any(|triangle| steep(triangle)));
+    assert!(!corners(&apart).iter().any(steep));
 }

@@ -1,4 +1,5 @@
-//! PrusaSlicer in a flatpak's sandbox, whose folders are not ours: the installed PrusaSlicer in a flatpak that is made here.
+//! PrusaSlicer where installers put it: in a flatpak's sandbox, whose folders are not ours, and in an AppImage that cannot be mounted. Both are made
+//! here, of the installed PrusaSlicer.
 
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
@@ -159,4 +160,51 @@ fn a_slicer_that_hangs_in_its_sandbox_is_stopped_there() {
         lines.filter(|line| line.split(|&byte| byte == 0).any(|word| word == mark.as_bytes())).count()
     };
     wait_for("the end of what ran in the sandbox", || sleeps() == 0);
+}
+
+/// The program in an AppImage says what is missing where there is no FUSE, and unpacks itself where it is told to.
+#[test]
+fn an_appimage_that_cannot_be_mounted_is_unpacked_for_each_print() {
+    let Some(slicer) = on_path("prusa-slicer") else { return skip("no PrusaSlicer: none as an AppImage either") };
+    let here = folder();
+    let at = |name: &str| here.path().join(name);
+    std::fs::create_dir_all(at("Applications")).unwrap();
+    std::fs::create_dir(at("bin")).unwrap();
+    let script = format!(
+        "#!/bin/sh\nif [ -z \"$APPIMAGE_EXTRACT_AND_RUN\" ]; then\n\
+         echo 'dlopen(): error loading libfuse.so.2' >&2\necho 'AppImages require FUSE to run.' >&2\nexit 127\nfi\n\
+         echo run >> {}\nexec {} \"$@\"\n",
+        at("unpacked").display(),
+        slicer.display()
+    );
+    for (name, mode) in [("PrusaSlicer-2.5.0+linux-x64.AppImage", 0o755), ("PrusaSlicer-2.9.9.AppImage", 0o644)] {
+        let image = at("Applications").join(name);
+        std::fs::write(&image, &script).unwrap();
+        std::fs::set_permissions(&image, std::fs::Permissions::from_mode(mode)).unwrap();
+    }
+    let run = |home: &Path, path: &Path, out: &Path| {
+        let mut command = trunnion();
+        command.args(["prepare", &fixture("cube"), "-m", "generic-ac", "--slicer", "prusa-slicer", "-o"]).arg(out);
+        let nowhere = at("nowhere");
+        command
+            .env("HOME", home)
+            .env("PATH", path)
+            .env("FLATPAK_USER_DIR", &nowhere)
+            .env("FLATPAK_SYSTEM_DIR", &nowhere);
+        command.output().unwrap()
+    };
+    if let Some(taskset) = on_path("taskset") {
+        symlink(taskset, at("bin/taskset")).unwrap();
+    }
+    let done = run(here.path(), &at("bin"), &at("image.gcode"));
+    assert!(done.status.success(), "{}", said(&done));
+    // Once for its name, once for the print; the newer one is not executable.
+    assert_eq!(std::fs::read_to_string(at("unpacked")).unwrap(), "run\nrun\n");
+    symlink(slicer, at("bin/prusa-slicer")).unwrap();
+    let done = run(&at("nowhere"), &at("bin"), &at("plain.gcode"));
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(std::fs::read(at("image.gcode")).unwrap() == std::fs::read(at("plain.gcode")).unwrap());
+    std::fs::remove_file(at("bin/prusa-slicer")).unwrap();
+    let none = run(&at("nowhere"), &at("bin"), &at("none.gcode"));
+    assert!(fails(&said(&none), "slice/not-found: PrusaSlicer | --slicer builtin"), "{}", said(&none));
 }
