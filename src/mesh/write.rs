@@ -90,7 +90,8 @@ fn model<F>(into: &mut impl Write, objects: &[(String, &TriangleMesh<F>)]) -> io
 }
 
 fn object<F>(into: &mut impl Write, id: usize, name: &str, mesh: &TriangleMesh<F>) -> io::Result<()> {
-    writeln!(into, "<object id=\"{id}\" type=\"model\" name=\"{}\"><mesh><vertices>", escape(name))?;
+    let name = as_xml_holds(name);
+    writeln!(into, "<object id=\"{id}\" type=\"model\" name=\"{}\"><mesh><vertices>", escape(&*name))?;
     let (vertices, facets) = as_others_read(mesh);
     for at in vertices.iter() {
         writeln!(into, "<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", at.x + 0.0, at.y + 0.0, at.z + 0.0)?;
@@ -100,6 +101,12 @@ fn object<F>(into: &mut impl Write, id: usize, name: &str, mesh: &TriangleMesh<F
         writeln!(into, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?;
     }
     into.write_all(b"</triangles></mesh></object>\n")
+}
+
+/// A name of characters that an attribute of XML 1.0 holds and gives back; in the place of others U+FFFD stands. Other formats hold any.
+fn as_xml_holds(name: &str) -> Cow<'_, str> {
+    let strange = |c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
+    if name.contains(strange) { name.replace(strange, "\u{fffd}").into() } else { name.into() }
 }
 
 /// Vertices and facets without vertices that are the same as `f32`. Of such the lowest stands, by x, then y, then z, whatever their order: parts

@@ -45,6 +45,7 @@ fn a_cube_is_the_same_cube_in_every_format() {
         (obj(&mesh).into_bytes(), "dice"),
         (off(&mesh).into_bytes(), "part-0"),
         (threemf(&[("a <b> & \"c\"".to_owned(), &mesh)]), "a <b> & \"c\""),
+        (threemf(&[("\u{1}\n\u{85}\u{ffff} ü".to_owned(), &mesh)]), "\u{fffd}\u{fffd}\u{fffd}\u{fffd} ü"),
     ];
     for (index, (bytes, name)) in files.iter().enumerate() {
         let model = read(bytes, "no extension").unwrap();

@@ -23,6 +23,8 @@ const FOUND: &[(&str, &[u8], &[u8])] = &[
     ("mesh", &[17], b"OFF\n6 2 0\n0 0 0\n9 0 0\n9 0 1e-7\n50 0 0\n59 0 0\n59 0 1e-7\n3 0 1 2\n3 3 4 5\n"),
     ("mesh", &[2], b"OFF\n4 4 0\n0 0 0\n1e-200 0 0\n0 1e-200 0\n0 0 1e-200\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"),
     ("mesh", &[17], b"OFF\n4 2 0\n1e7 0 0\n9999999.99999999 0 0\n1e7 1e-9 0\n1e7 0 1e-9\n3 0 1 2\n3 0 2 3\n"),
+    // A name that no 3MF can hold, which is written into one.
+    ("mesh", &[11], b"o a\x01b\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"),
     // Thousands of objects out of a few lines.
     ("mesh", &[192], DOUBLED),
 ];
