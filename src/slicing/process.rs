@@ -103,7 +103,7 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
     }
 }
 
-/// The variable of the environment with the key of a server: no program that is started gets it.
+/// The variable of the environment with the key of a server: no slicer gets it, and of our own processes none but one that uploads.
 pub const KEY_VARIABLE: &str = "TRUNNION_KEY";
 
 /// The first file on PATH, and where installers put it, that says it is `program`.

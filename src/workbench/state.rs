@@ -88,8 +88,8 @@ impl State {
         self.idle()?;
         let words = self.project.words(task)?;
         let made_of = (self.project.whole(), self.project.basis());
-        // Of uploads the last one counts, whether it started the print or not.
-        self.runs.retain(|other, _| !(task.publishes() && other.publishes()));
+        // Of uploads the last one counts, whether it started the print or not; and none of a file that is made anew.
+        self.runs.retain(|other, _| !other.publishes() || !(task.publishes() || task == Task::Prepare));
         self.runs.insert(task, Run::new(task, words.clone(), made_of));
         self.version += 1;
         Ok(words)

@@ -6,16 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use crate::pipeline::fixture;
-use crate::support::{Command, fails, folder, said, skip, trunnion, wait_for};
+use crate::support::{Command, fails, folder, on_path, said, skip, trunnion, wait_for};
 
 const NAME: &str = "com.prusa3d.PrusaSlicer";
 const RUNTIME: &str = "org.example.Platform";
-
-/// A program on PATH.
-fn on_path(name: &str) -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|path| path.is_file())
-}
 
 /// An installation of flatpaks, of which one is called as PrusaSlicer's is and does what `script` says, in a sandbox that sees this
 /// computer's programs in `/run/host`; `None` and a word about it where there can be none.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::pipeline::fixture;
-use crate::support::{folder, installed, note, said, skip, trunnion};
+use crate::support::{folder, installed, note, on_path, said, skip, trunnion};
 
 type Values = BTreeMap<String, String>;
 /// By kind (`printer`, `print`, `filament`) and name.
@@ -15,8 +15,7 @@ type Sections = BTreeMap<(String, String), Values>;
 
 /// The presets beside the `prusa-slicer` that is found first.
 fn presets() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH")?;
-    let program = std::env::split_paths(&path).map(|folder| folder.join("prusa-slicer")).find(|file| file.is_file())?;
+    let program = on_path("prusa-slicer")?;
     let places = ["../files/usr/share/PrusaSlicer/profiles", "../share/PrusaSlicer/profiles"];
     places.iter().map(|place| program.parent().unwrap().join(place)).find(|folder| folder.is_dir())
 }

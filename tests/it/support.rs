@@ -176,6 +176,12 @@ pub(crate) fn installed(program: &str) -> bool {
     Process::new(program).arg("--help").output().is_ok()
 }
 
+/// The program of this name that PATH leads to first.
+pub(crate) fn on_path(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|path| path.is_file())
+}
+
 /// A folder that goes when it is dropped.
 pub(crate) fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")

@@ -246,7 +246,7 @@ pub(in crate::cli) struct Support {
     /// Shape of the columns: x (two crossed sheets), prism (solid squares) or tree (round rods)
     #[arg(long, default_value_t = SupportOptions::default().structure)]
     pub(in crate::cli) structure: String,
-    /// Thickness of a sheet; the thinnest rod is twice as thick [default: 0.4, or half a step if that is less]
+    /// Thickness of a sheet; the thinnest rod is twice as thick [default: 0.4, but at most half a step, or 0.3 of one with --touch-every]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) wall: Option<f64>,
     /// Gap between the supports and the model

@@ -61,7 +61,7 @@ pub struct SupportOptions {
     pub method: String,
     /// What stands along an arc, by name.
     pub structure: String,
-    /// Thickness of a sheet, mm; `None`: 0.4, or half a step where that is less.
+    /// Thickness of a sheet, mm; `None`: 0.4, but at most half a step, or 0.3 of one where sheets touch at some levels alone.
     pub wall_mm: Option<f64>,
     /// What is left free below the part, mm.
     pub gap_mm: f64,

@@ -121,6 +121,8 @@ fn a_file_goes_to_each_print_server_and_is_started_there() {
         assert_eq!(server.inside().started, 1);
         assert!(begun["runs"]["publish"].is_null(), "the last upload is told alone");
         assert!(!begun.to_string().contains(KEY), "the key is on the page");
+        let again = workbench.run("prepare");
+        assert!(again["runs"]["publish-and-start"].is_null(), "an upload of another file is told");
     }
 }
 
