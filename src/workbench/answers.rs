@@ -73,7 +73,7 @@ pub(super) fn answer(
             let drawn = name.map_or(Value::Null, |name| scene::machine(&name, &World::here(&Silent)));
             return Ok(document(&drawn));
         }
-        WebAsked::DrawnModel(index) => return model(index, shared),
+        WebAsked::DrawnModel(index) => return model(index, revision, shared),
         WebAsked::Upload(name) if is_project(&name) => {
             opened(&name, head.length, body, shared)?;
             look(shared);
@@ -222,9 +222,14 @@ fn file(name: &str, shared: &Shared) -> Result<WebReply, WorkbenchError> {
     Ok(WebReply::File(HttpAnswer { more: vec![header], ..HttpAnswer::of(kind, Vec::new()) }, file, length))
 }
 
-fn model(index: usize, shared: &Shared) -> Result<WebReply, WorkbenchError> {
+/// A model of the project as the page has seen it. A page that has seen an older one is on its way to the new state: it is told, and nothing has failed.
+fn model(index: usize, revision: &str, shared: &Shared) -> Result<WebReply, WorkbenchError> {
     let (path, unit, plate) = {
-        let choices = &shared.state().project.choices;
+        let state = shared.state();
+        if let Err(old) = state.seen(revision) {
+            return Ok(document(&failed(&old)));
+        }
+        let choices = &state.project.choices;
         let model = choices.models.get(index).ok_or(WorkbenchError::NotFound)?;
         (model.path.clone(), choices.unit.clone(), choices.plate_of(index).to_owned())
     };

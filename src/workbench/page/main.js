@@ -223,17 +223,19 @@ async function draw() {
   const { state } = page;
   if (page.drawnFor !== state.machine) {
     page.drawnFor = state.machine;
-    page.drawn = await get('machine').catch(() => null);
+    const drawn = await get('machine').catch(() => null);
+    if (page.drawnFor !== state.machine) return; // another was chosen meanwhile, and is on its way
+    page.drawn = drawn;
     scene.setMachine(page.drawn);
     page.keys = null;
     show();
   }
-  scene.up = state.up;
   const models = page.state.models.filter((model) => model.inspected?.parts).map((model) => ({ key: keyOf(model) })), keys = JSON.stringify(models);
   if (page.state.models.length !== models.length && page.state.models.some((model) => !model.inspected)) return;
   if (page.keys === keys) return;
   page.keys = keys;
-  await scene.setModels(page.state.models.map((model) => ({ key: keyOf(model) })));
+  const { revision, up } = page.state;
+  if (!(await scene.setModels(page.state.models.map((model) => ({ key: keyOf(model) })), revision, up))) page.keys = null; // the new state is on its way
   show();
 }
 

@@ -15,7 +15,7 @@ const STANDS_MM = 0.05; // as near to the lowest point a facet lies on the table
 export class Scene {
   /** `picked` hears the direction that points up when a face was clicked. */
   constructor(canvas, picked) {
-    Object.assign(this, { canvas, picked, picking: false, up: 'auto', drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
+    Object.assign(this, { canvas, picked, picking: false, drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
     this.dark = matchMedia('(prefers-color-scheme: dark)');
     this.dark.addEventListener('change', () => this.invalidate());
     new ResizeObserver(() => this.invalidate()).observe(canvas);
@@ -39,27 +39,28 @@ export class Scene {
     };
   }
 
-  /** Fetches what is new of `models` (path, and a key that changes with the file), and draws them. */
-  async setModels(models) {
+  /**
+   * Fetches what is new of `models` (a key each, which changes with the file), as the project was at `revision`, and draws them with `up` up.
+   * False where the project has changed meanwhile: then nothing is drawn, so that no key gets what another model is, and it is to be asked anew.
+   */
+  async setModels(models, revision, up) {
     const turn = (this.asked += 1);
     for (const [index, { key }] of models.entries()) {
       if (this.models.has(key)) continue;
-      try {
-        this.models.set(key, this.built(await block(index)));
-      } catch {
-        this.models.set(key, null); // the list says why
-      }
-      if (turn !== this.asked) return;
+      const [got, failed] = await block(index, revision).then((got) => [got, null], (failed) => [null, failed]);
+      if (turn !== this.asked || failed?.code === 'workbench/old-revision') return turn !== this.asked;
+      this.models.set(key, got && this.built(got, up)); // where there is none, the list says why
     }
     this.order = models.map(({ key }) => this.models.get(key)).filter(Boolean);
     this.place();
     this.fit();
+    return true;
   }
 
   /** Triangles of one model: those that a layer below holds, and those that are steeper than the machine's rule. */
-  built({ parts, columns }) {
+  built({ parts, columns }, up) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], made = [];
-    const turn = upright(this.up);
+    const turn = upright(up);
     for (const { points, faces } of readShapes(parts, columns)) {
       for (let i = 0; i < points.length; i += 3) points.set(turned(turn, [points[i], points[i + 1], points[i + 2]]), i);
       for (let i = 0; i < points.length; i++) [low[i % 3], high[i % 3]] = [Math.min(low[i % 3], points[i]), Math.max(high[i % 3], points[i])];

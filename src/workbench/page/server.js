@@ -31,9 +31,9 @@ export async function post(path, query = {}, body = undefined) {
   return answer(await fetch(address(path, query), { method: 'POST', headers, body }));
 }
 
-/** A model's block: the document at its head, and the two columns behind it. */
-export async function block(index) {
-  const response = await fetch(address('model', { index }), { headers });
+/** The block of a model of the project as the page has seen it: the document at its head, and the two columns behind it. */
+export async function block(index, revision) {
+  const response = await fetch(address('model', { index, revision }), { headers });
   if (!response.ok || response.headers.get('Content-Type') === 'application/json') throw new Refusal(await response.json());
   const bytes = new Uint8Array(await response.arrayBuffer()), view = new DataView(bytes.buffer), sections = [];
   for (let at = 0; at < bytes.length;) {

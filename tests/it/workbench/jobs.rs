@@ -134,7 +134,7 @@ fn what_cannot_be_read_is_told_with_the_words_of_the_command() {
         let wanted: Value = serde_json::from_slice(&done.stdout).unwrap();
         assert!(wanted["error"].is_string(), "{wanted}");
         assert_eq!(state["models"][index]["inspected"], wanted, "{file}");
-        assert_eq!(workbench.get(&format!("/api/model?index={index}"))["code"], wanted["code"], "{file}");
+        assert_eq!(workbench.model(index).json()["code"], wanted["code"], "{file}");
     }
     workbench.post("/api/remove?index=0");
     let failed = workbench.run("prepare");
@@ -150,10 +150,16 @@ fn machine_and_model_can_be_drawn() {
         drawn["machine"]["table"]["points"].as_array().unwrap().len() > 20
             && drawn["steepest_deg"].as_f64().unwrap() > 30.0
     );
-    let block = workbench.ask("GET", "/api/model?index=0", b"").body;
+    let block = workbench.model(0).body;
     let length = u32::from_le_bytes(block[..4].try_into().unwrap()) as usize;
     let head: Value = serde_json::from_slice(&block[4..4 + length]).unwrap();
     assert_eq!(head["parts"].as_array().unwrap().len(), 2);
+    // A page that has not yet seen the newest state gets no model that it would take for another, and hears that it is to ask again.
+    for late in ["/api/model?index=0", "/api/model?index=0&revision=0", "/api/model?index=7&revision=0"] {
+        assert_eq!(workbench.get(late)["code"], "workbench/old-revision", "{late}");
+    }
+    let asked = format!("/api/model?index=1&revision={}", workbench.state()["revision"]);
+    assert_eq!(workbench.ask("GET", &asked, b"").status, 404);
     wait_for("the machines", || workbench.get("/api/machines")["machines"].is_array());
     let list = trunnion().args(["profile", "list", "--json"]).output().unwrap();
     assert_eq!(workbench.get("/api/machines")["machines"], serde_json::from_slice::<Value>(&list.stdout).unwrap());

@@ -110,6 +110,11 @@ impl Workbench {
         self.get("/api/state")
     }
 
+    /// A model of the project as it is now, to be drawn.
+    fn model(&self, index: usize) -> Answer {
+        self.ask("GET", &format!("/api/model?index={index}&revision={}", self.state()["revision"]), b"")
+    }
+
     /// A POST with the project's revision as it is; the new state.
     #[track_caller]
     fn post(&self, path: &str) -> Value {
