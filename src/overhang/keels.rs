@@ -116,6 +116,13 @@ fn section(region: &Region) -> Section {
     Section::new(sides.map(|ends| ends.map(at)).collect())
 }
 
+/// What of a region is narrower than this, mm, and longer than a spot.
+pub(super) fn too_narrow(region: &Region, mm: f64) -> Region {
+    let mut narrow = minus(region, &opened(region, mm / 2.0));
+    narrow.retain(is_long);
+    narrow
+}
+
 /// What is nowhere narrower than twice `half_mm`.
 fn opened(region: &Region, half_mm: f64) -> Region {
     grown(&grown(region, -half_mm, Corners::Sharp), half_mm, Corners::Sharp)

@@ -79,19 +79,8 @@ pub struct LayerJudge {
 }
 
 impl LayerJudge {
-    /// As [`judged`] takes them; the supports of `ground` do not count.
+    /// As [`judged`] takes them; the supports of `ground` do not count. What slicers leave out where something [begins](Keels) is not there.
     pub fn of<F>(
-        mesh: &TriangleMesh<F>,
-        up: &Vec3,
-        ground: &Ground,
-        stands: impl Fn(usize) -> bool,
-        rule: &OverhangRule,
-    ) -> Self {
-        Self::on(Stack::of(mesh, up, ground, rule), mesh, up, ground, stands)
-    }
-
-    /// The same for whoever means to hold it: what slicers leave out where something [begins](Keels) is not there.
-    pub fn of_what_is_laid<F>(
         mesh: &TriangleMesh<F>,
         up: &Vec3,
         ground: &Ground,
@@ -101,10 +90,6 @@ impl LayerJudge {
         let mut stack = Stack::of(mesh, up, ground, rule);
         let middles: Vec<f64> = (0..stack.answers.len()).map(|i| stack.middle(Some(i))).collect();
         stack.keels = Keels::of(&stack.sections, &middles, &ground.begins_mm, rule);
-        Self::on(stack, mesh, up, ground, stands)
-    }
-
-    fn on<F>(stack: Stack, mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, stands: impl Fn(usize) -> bool) -> Self {
         let mut begins = stack.beginnings(&ground.begins_mm);
         // Above a keel something begins as well.
         begins.extend(stack.keels.layers().map(|i| i + 1).filter(|i| *i < stack.answers.len()));

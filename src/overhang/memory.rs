@@ -26,8 +26,10 @@ const WHOLE: i8 = 10;
 const COLLAPSE: u16 = 500;
 /// A stretch remembers what lies so near to it sideways, mm: as far as lines hang free.
 const NEAR_MM: f64 = 2.0;
-/// A line spans so much freely, mm: longer sides have points along them, too.
-pub(super) const FREE_SIDE_MM: f64 = 16.0;
+/// A line spans so much freely along a ledge, mm: longer sides have points along them, too.
+pub const FREE_SIDE_MM: f64 = 16.0;
+/// And so much along a ledge around a corner.
+pub const FREE_RIM_MM: f64 = 2.0 * FREE_SIDE_MM;
 
 /// How a stretch goes out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

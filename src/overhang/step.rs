@@ -5,7 +5,8 @@ use std::rc::Rc;
 
 use super::OverhangRule;
 use super::chords::Air;
-use super::memory::{FREE_SIDE_MM, Lean, Memory};
+use super::keels::too_narrow;
+use super::memory::{FREE_RIM_MM, FREE_SIDE_MM, Lean, Memory};
 use super::patch::{Piece, State};
 use super::region::{
     Corners, Region, Shape, about, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or,
@@ -19,6 +20,8 @@ const ROUNDING: f64 = 0.02;
 const STEP_SLACK_MM: f64 = 5e-4;
 /// A piece that is so much of what goes beyond the layer below touches nothing else of it.
 const WHOLE: f64 = 0.999;
+/// A wall holds no bridge that is narrower than this, in lines: not every slicer lays it.
+const NARROWEST: f64 = 2.0 / 3.0;
 /// Shorter stretches are corners, which nobody looks at, mm.
 const CORNER_MM: f64 = 3.0;
 /// A step is one of lines with nothing below them from so many steps that are fine on.
@@ -134,7 +137,13 @@ impl Step<'_> {
             pieces.extend(close.iter().map(|one| self.piece(one, area_mm2(one), State::Droops(rule.layer_mm))));
             beyond = minus(&beyond, &near);
         }
-        let air = Air::of(&over, &self.below.region);
+        let air = match too_narrow(&about(&self.below.region, &beyond, rule.bridge_mm), NARROWEST * rule.line_mm) {
+            narrow if narrow.is_empty() => Air::of(&over, &self.below.region),
+            narrow => {
+                let laid = minus(&self.below.region, &narrow);
+                Air::of(&minus(&rest, &laid), &laid)
+            }
+        };
         for one in beyond.into_iter().filter(|one| area_mm2(one) >= NOTHING_MM2) {
             self.stretch(one, &over, &air, memory, &mut next, pieces);
         }
@@ -193,7 +202,9 @@ impl Step<'_> {
                 pieces.push(self.piece(&own[0], area, State::Droops(SAG_MM)));
                 return;
             };
-            let long = longest_side_mm(&own[0]) > FREE_SIDE_MM;
+            // All around a pin it has no end that something holds, and PrusaSlicer 2.9 warns of it, as of one around three of its sides.
+            let around = own[0].len() > 1 || around_mm(&own[0]) / 2.0 > FREE_RIM_MM + rule.free_mm();
+            let long = around || longest_side_mm(&own[0]) > FREE_SIDE_MM;
             let loose_mm2 = area * loose.share;
             let most_mm = if loose_mm2 <= SMALL_MM2 { SMALL_LEDGE_MM } else { rule.free_mm() };
             let little = loose_mm2 <= SMALL_MM2 && loose.share < HALF;

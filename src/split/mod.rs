@@ -364,7 +364,8 @@ impl Splitter {
         let first = ground.first_state();
         let whole = &first.rest;
         let before = whole.needs(&Vec3::z(), None, rules);
-        let pedestal = Some(pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(whole, mm));
+        let pedestal =
+            Some(pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(whole, mm, rules.layers.line_mm));
         let planned = |state: &SplitState| {
             let split = assembled(state, before, pedestal.as_ref(), rules);
             let supported: Vec<usize> =

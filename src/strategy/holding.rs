@@ -223,7 +223,7 @@ pub(crate) fn judge(held: &HeldMesh, rule: &OverhangRule, begins_mm: &[f64]) -> 
     let others = (!held.others.is_empty()).then(|| Arc::new(TriangleMesh::joined(held.others.iter())));
     let table = held.slot.raised_mm == 0.0;
     let ground = Ground { footings, table, begins_mm, others, ..Ground::default() };
-    LayerJudge::of_what_is_laid(mesh, &Vec3::z(), &ground, lies, rule)
+    LayerJudge::of(mesh, &Vec3::z(), &ground, lies, rule)
 }
 
 /// The rule of a part with supports, where what droops counts; what these are laid to depends on no more of it.

@@ -4,8 +4,6 @@
 //! tip's lowest height plus `u - near`, taken over all places of the tip from which the piece, widened by `near`, reaches there.
 //! What stands lower everywhere need not be rendered: of a large print hardly anything is left.
 
-use std::collections::VecDeque;
-
 use super::hull::Hull;
 use crate::geom::{Bounds, Vec3};
 
@@ -49,7 +47,7 @@ impl Floor {
     /// From the tip's heights to what concerns neither a piece of `head` within `near` mm (the one that carries the tip only
     /// where it touches) nor a line that is laid.
     pub(super) fn settle(&mut self, head: &[Hull], near: f64) {
-        let tips = std::mem::take(&mut self.z);
+        let tips = turned(&std::mem::take(&mut self.z), self.count);
         let [side, below] = CARRIED_MM;
         self.z = self.spread(&tips, [Some([-side, side]); 2]).into_iter().map(|z| z - below).collect();
         for hull in head {
@@ -80,46 +78,65 @@ impl Floor {
         })
     }
 
-    /// For each cell the least of `tips` over the cells from which a piece with this `window` (X and Y relative to the tip; `None`
-    /// for all places) reaches it: axis by axis.
+    /// For each cell the least of the tips over the cells from which a piece with this `window` (X and Y relative to the tip; `None`
+    /// for all places) reaches it: axis by axis. `tips` come column by column.
     fn spread(&self, tips: &[f64], window: [Option<[f64; 2]>; 2]) -> Vec<f64> {
         let [columns, rows] = self.count;
-        let along_x = |row: &[f64]| self.slide(row, window[0]);
-        let wide: Vec<f64> = tips.chunks_exact(columns).flat_map(along_x).collect();
-        let mut all = vec![0.0; columns * rows];
-        for column in 0..columns {
-            let line: Vec<f64> = (0..rows).map(|row| wide[row * columns + column]).collect();
-            self.slide(&line, window[1]).into_iter().enumerate().for_each(|(row, z)| all[row * columns + column] = z);
-        }
-        all
+        let [across, along] = window.map(|window| window.map(|ends| self.window(ends)));
+        slid(&turned(&slid(tips, rows, across), [rows, columns]), columns, along)
     }
 
-    /// A cell at `i` is reached from those at `i - window`, each end rounded outward by the cell that the tip may be anywhere in.
-    fn slide(&self, line: &[f64], window: Option<[f64; 2]>) -> Vec<f64> {
-        let last = line.len() as isize - 1;
-        let [low, high] = match window {
-            Some(window) => window.map(|v| v / self.cell),
-            None => [-(last as f64), last as f64],
-        };
-        let (low, high) = (low.floor() as isize - 1, high.ceil() as isize + 1);
-        // The places whose value may yet be the least of a window, rising: each is put in and taken out once.
-        let mut rising: VecDeque<isize> = VecDeque::new();
-        let mut entered = 0;
-        let mut least = |i: isize| {
-            while entered <= (i - low).min(last) {
-                while rising.back().is_some_and(|&j| line[j as usize] >= line[entered as usize]) {
-                    rising.pop_back();
-                }
-                rising.push_back(entered);
-                entered += 1;
-            }
-            while rising.front().is_some_and(|&j| j < i - high) {
-                rising.pop_front();
-            }
-            rising.front().map_or(f64::INFINITY, |&j| line[j as usize])
-        };
-        (0..=last).map(&mut least).collect()
+    /// In cells, each end rounded outward by the cell that the tip may be anywhere in.
+    fn window(&self, [low, high]: [f64; 2]) -> [isize; 2] {
+        [(low / self.cell).floor() as isize - 1, (high / self.cell).ceil() as isize + 1]
     }
+}
+
+/// Rows of so many columns, as columns.
+fn turned(rows: &[f64], [columns, count]: [usize; 2]) -> Vec<f64> {
+    (0..columns).flat_map(|column| (0..count).map(move |row| rows[row * columns + column])).collect()
+}
+
+/// For each line of `length` places, place by place, the least of those at its number less `window`; of all of them without one. Whole lines
+/// are compared at a time: from each place to the end of its block of lines as many as the window has, and from the beginning of it; a window is the
+/// end of one block and the beginning of the next (van Herk 1992, Gil and Werman 1993).
+fn slid(lines: &[f64], length: usize, window: Option<[isize; 2]>) -> Vec<f64> {
+    let count = lines.len() / length;
+    let last = count as isize - 1;
+    let [low, high] = window.unwrap_or([-last, last]);
+    if low > last || high < -last {
+        return vec![f64::INFINITY; lines.len()];
+    }
+    let (low, high) = (low.max(-last), high.min(last));
+    let block = (high - low + 1) as usize;
+    // Of a line of lines that begins `high` before the first one.
+    let padded = count + block - 1;
+    let line = |k: usize| {
+        let at = k as isize - high;
+        (0..=last).contains(&at).then(|| &lines[at as usize * length..][..length])
+    };
+    let place = |k: usize| k * length..(k + 1) * length;
+    let mut onward = vec![f64::INFINITY; padded * length];
+    let mut so_far = onward.clone();
+    for k in (0..padded).rev() {
+        if (k + 1) % block != 0 && k + 1 < padded {
+            onward.copy_within(place(k + 1), k * length);
+        }
+        line(k).into_iter().for_each(|line| take_least(&mut onward[place(k)], line));
+    }
+    for k in 0..padded {
+        if k % block != 0 {
+            so_far.copy_within(place(k - 1), k * length);
+        }
+        line(k).into_iter().for_each(|line| take_least(&mut so_far[place(k)], line));
+    }
+    onward.truncate(lines.len());
+    take_least(&mut onward, &so_far[(block - 1) * length..]);
+    onward
+}
+
+fn take_least(least: &mut [f64], others: &[f64]) {
+    least.iter_mut().zip(others).for_each(|(least, other)| *least = if other < least { *other } else { *least });
 }
 
 #[cfg(test)]
@@ -141,5 +158,28 @@ mod tests {
         assert_eq!((under(48.0, 0.0), under(-11.0, -6.0)), (16.0, 16.0));
         assert_eq!((under(10.0, 90.0), under(34.0, -90.0)), (48.0, 48.0));
         assert_eq!((under(75.0, 0.0), under(-40.0, 50.0)), (f64::INFINITY, f64::INFINITY));
+    }
+
+    #[test]
+    fn the_least_of_each_window_is_that_of_a_search() {
+        let mut state = 7_u64;
+        let mut next = |most: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % most
+        };
+        for _ in 0..2000 {
+            let [count, length] = [1 + next(12) as usize, 1 + next(3) as usize];
+            let lines: Vec<f64> =
+                (0..count * length).map(|_| if next(4) == 0 { f64::INFINITY } else { next(100) as f64 }).collect();
+            let low = next(40) as isize - 20;
+            let window = (next(8) > 0).then(|| [low, low + next(30) as isize]);
+            let found = slid(&lines, length, window);
+            for (i, least) in found.iter().enumerate() {
+                let (line, place) = ((i / length) as isize, i % length);
+                let is_in = |j: &usize| window.is_none_or(|[low, high]| (low..=high).contains(&(line - *j as isize)));
+                let all = (0..count).filter(is_in).map(|j| lines[j * length + place]);
+                assert_eq!(*least, all.fold(f64::INFINITY, f64::min), "{lines:?} {length} {window:?}, {i}");
+            }
+        }
     }
 }

@@ -141,11 +141,11 @@ impl Material {
     }
 
     /// The field of what has been laid so far and the table, seen at `pose`, with room for tips in `tips`; what stands too low to
-    /// come near the head anywhere (see [`Floor`]) is left out.
-    pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds, floor: &Floor) -> Field {
+    /// come near the head anywhere, as `floor` knows it, is left out.
+    pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds, floor: Option<&Floor>) -> Field {
         let matters = |bead: &LaidBead| {
             let [a, b] = bead.ends;
-            a.z.max(b.z) + bead.radius >= floor.under([a, b], bead.radius)
+            floor.is_none_or(|floor| a.z.max(b.z) + bead.radius >= floor.under([a, b], bead.radius))
         };
         let beads: Vec<LaidBead> = self.beads.iter().map(|b| b.at(pose)).filter(matters).collect();
         let slab: Vec<Vec3> = self.slab.iter().map(|&p| pose.point(p.into()).at).collect();

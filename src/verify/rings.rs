@@ -5,7 +5,11 @@
 //! What is laid after it around it and lies on something else holds it where it touches it, or touches what touches it; it is held where no
 //! stretch of it between two such places is longer than what may turn over air, nor half of it. What fills a loop does not hold it: that
 //! loop is an outline, and a tab that goes out into the air would be held by its own rows. What has nothing but the ring itself holds
-//! nothing; nor do the rows of one line that lie beside each other alone. Places are the machine's, mm.
+//! nothing; nor do the rows of one line that lie beside each other alone.
+//!
+//! A stretch of a longer line that turns over air between two ends on material, as around a notch in the roof of a hole, is kept as well. What
+//! fills its layer lies beside it on one side alone, so only lines hold it that go straight on from what they lie on to what they lie on: rows
+//! of a tab that end in the air do not. Places are the machine's, mm.
 
 use std::collections::HashMap;
 
@@ -23,6 +27,8 @@ pub(super) const LONGEST_MM: f64 = 44.0;
 const TOUCH_MM: f64 = 0.15;
 /// As far beyond that a thread may be what is found beside a line: the field's cells and the line's own width.
 const BESIDE_MM: f64 = 1.0;
+/// A span is straight that is no longer than so many times the way between its ends, and a line's width.
+const STRAIGHT: f64 = 1.1;
 /// Places that lie on something, of a line that is said to.
 const FEWEST: usize = 3;
 /// Threads at most that are looked at in one layer.
@@ -51,8 +57,9 @@ struct Thread {
 }
 
 impl Thread {
-    fn of(way: &Way, width: f64) -> Self {
-        Self { way: way.clone(), width, bounds: Bounds::of(way.iter().flatten().copied()) }
+    fn of(way: Way, width: f64) -> Self {
+        let bounds = Bounds::of(way.iter().flatten().copied());
+        Self { way, width, bounds }
     }
 
     /// Whether a place is no farther from its middle than this, level, mm.
@@ -64,21 +71,34 @@ impl Thread {
     }
 }
 
+/// A line, or a stretch of one, that waits for what holds it.
+struct Ring {
+    thread: usize,
+    gap: UnsupportedGap,
+    closed: bool,
+}
+
+/// Where a line that lies on something else meets a thread.
+struct Touch {
+    thread: usize,
+    at: Vec3,
+    /// Whether the line is a bridge there.
+    bridges: bool,
+}
+
 /// The rings of one layer.
 #[derive(Default)]
 pub(super) struct Rings {
     threads: Vec<Thread>,
-    /// By their threads.
-    rings: Vec<(usize, UnsupportedGap)>,
-    /// Where a line that lies on something else meets a thread.
-    touched: Vec<(usize, Vec3)>,
+    rings: Vec<Ring>,
+    touched: Vec<Touch>,
     overflown: bool,
 }
 
 impl Rings {
     /// Whether a ring of another layer than that at `z` waits.
     pub(super) fn are_below(&self, z: f64) -> bool {
-        self.rings.first().is_some_and(|(_, gap)| (gap.ends[0].z - z).abs() > LAYER_MM)
+        self.rings.first().is_some_and(|ring| (ring.gap.ends[0].z - z).abs() > LAYER_MM)
     }
 
     /// Whether lines are to be told.
@@ -86,11 +106,12 @@ impl Rings {
         !self.rings.is_empty()
     }
 
-    /// Takes a closed line that hangs as a whole, or for the greater part; `false` where it is too long to wait for.
-    pub(super) fn take(&mut self, gap: UnsupportedGap, way: &Way) -> bool {
+    /// Takes a closed line that hangs as a whole, or for the greater part, or else the stretch of a line that does; `false` where it is too long
+    /// to wait for.
+    pub(super) fn take(&mut self, gap: UnsupportedGap, way: Way, closed: bool) -> bool {
         let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
         if fits {
-            self.rings.push((self.threads.len(), gap));
+            self.rings.push(Ring { thread: self.threads.len(), gap, closed });
             self.threads.push(Thread::of(way, f64::from(gap.stroke.width)));
         }
         fits
@@ -103,13 +124,14 @@ impl Rings {
         let own = beside_itself(width, places);
         let lies = places.iter().filter(|place| place.lies).count() >= FEWEST;
         if lies || places.iter().zip(own).any(|(place, own)| place.stands && !own && !beside(&place.at)) {
+            let bridges = bridging(width, places);
             for (i, thread) in self.threads.iter().enumerate() {
                 let reach = between(thread) + TOUCH_MM;
-                let touched = places.iter().map(|place| place.at).filter(|at| thread.is_within(at, reach));
-                self.touched.extend(touched.map(|at| (i, at)));
+                let touched = places.iter().zip(&bridges).filter(|(place, _)| thread.is_within(&place.at, reach));
+                self.touched.extend(touched.map(|(place, &bridges)| Touch { thread: i, at: place.at, bridges }));
             }
         } else if self.threads.len() < MOST_THREADS {
-            self.threads.push(Thread::of(way, width));
+            self.threads.push(Thread::of(way.clone(), width));
         } else {
             self.overflown = true;
         }
@@ -126,16 +148,40 @@ impl Rings {
                 }
             }
         }
-        for (thread, gap) in rings {
+        for Ring { thread, gap, closed } in rings {
             let (root, ring) = (sets.root(thread as u32), &threads[thread].way);
-            let around = touched.iter().filter(|(other, at)| sets.root(*other as u32) == root && !is_within(ring, at));
+            let holds = |touch: &&Touch| if closed { !is_within(ring, &touch.at) } else { touch.bridges };
+            let around = touched.iter().filter(|touch| sets.root(touch.thread as u32) == root).filter(holds);
             let own = gap.ends.iter().zip(gap.held).filter(|(_, held)| *held);
-            let places: Vec<Vec3> = around.map(|(_, at)| *at).chain(own.map(|(at, _)| *at)).collect();
-            if overflown || !is_held(ring, &places) {
+            let places: Vec<Vec3> = around.map(|touch| touch.at).chain(own.map(|(at, _)| *at)).collect();
+            if overflown || !is_held(ring, &places, closed) {
                 found.push(gap);
             }
         }
     }
+}
+
+/// Whether a way of so many mm goes nearly straight between its ends, for a line so wide.
+pub(super) fn is_nearly_straight(mm: f64, [from, to]: &[Vec3; 2], width: f64) -> bool {
+    mm <= STRAIGHT * (to - from).norm() + width
+}
+
+/// For each place whether the line goes straight on there from a place that lies on something to another one.
+fn bridging(width: f64, places: &[Place]) -> Vec<bool> {
+    let mut found: Vec<bool> = places.iter().map(|place| place.lies).collect();
+    let (mut travelled, mut last) = (0.0, None::<(usize, f64)>);
+    for (k, place) in places.iter().enumerate() {
+        travelled += k.checked_sub(1).map_or(0.0, |before| (place.at - places[before].at).norm());
+        if !place.lies {
+            continue;
+        }
+        if let Some((first, since)) = last.replace((k, travelled))
+            && is_nearly_straight(travelled - since, &[places[first].at, place.at], width)
+        {
+            found[first..k].fill(true);
+        }
+    }
+    found
 }
 
 /// For each place whether the line itself has been beside it before, so that it may be all that was found there.
@@ -183,8 +229,8 @@ fn is_within(ring: &Way, at: &Vec3) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// Whether places hold a ring: none of its stretches between two of them is longer than may turn over air, nor half of it.
-fn is_held(ring: &Way, places: &[Vec3]) -> bool {
+/// Whether places hold a ring: none of its stretches between two of them is longer than may turn over air, nor, where it is closed, half of it.
+fn is_held(ring: &Way, places: &[Vec3], closed: bool) -> bool {
     let mut starts = Vec::with_capacity(ring.len());
     let mut length = 0.0;
     for [from, to] in ring {
@@ -194,9 +240,12 @@ fn is_held(ring: &Way, places: &[Vec3]) -> bool {
     let mut along: Vec<f64> = places.iter().filter_map(|at| where_on(ring, &starts, at)).collect();
     along.sort_by(f64::total_cmp);
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return false };
-    let around = first + length - last;
-    let widest = along.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
-    widest <= TURNED_MM.min(length / 2.0)
+    let (around, most) = if closed {
+        (first + length - last, TURNED_MM.min(length / 2.0))
+    } else {
+        (first.max(length - last), TURNED_MM)
+    };
+    along.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max) <= most
 }
 
 /// How far along a ring, whose pieces start so far along it, a place is nearest to it, mm.

@@ -10,7 +10,7 @@
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
 //! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its
-//! way is no bridge. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs behind its beginning
+//! way is no bridge, but may be the rim of a ledge, no farther out than that, [`FREE_SIDE_MM`] along a side and [`FREE_RIM_MM`] around corners. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs behind its beginning
 //! and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too). One that touches nothing but its
 //! own beginning, or hangs for more than half of itself, lies on nothing, unless what is laid after it and around it in
 //! its layer [holds it](super::rings).
@@ -21,9 +21,9 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM};
+use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM, is_nearly_straight};
 use crate::geom::Vec3;
-use crate::planning::FREE_SPAN_MM;
+use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, FREE_SPAN_MM};
 
 /// The part of a layer by which the support below may fall short of the bead's underside.
 const SQUEEZE: f64 = 0.35;
@@ -31,10 +31,10 @@ const SQUEEZE: f64 = 0.35;
 const OTHERS_LAYERS: f64 = 2.0;
 /// Spacing of the places looked at along a line, mm.
 const SAMPLE_MM: f64 = 0.3;
+/// Pieces of a line that differ in direction by less than this (cosine; a degree) are one side.
+const SAME_WAY: f64 = 0.99985;
 /// A closed line hangs as such where so much of it does.
 const LOOP_SHARE: f64 = 0.5;
-/// A span is straight that is no longer than so many times the way between its ends, and a line's width.
-const STRAIGHT: f64 = 1.1;
 
 /// The line being laid.
 pub(super) struct Laying {
@@ -130,13 +130,22 @@ impl Laying {
                 self.places.push(Place { at: p, stands, lies });
             }
             if stands {
-                self.end_gap(self.travelled + length * (i as f64) / count, found);
+                self.end_gap(self.travelled + length * (i as f64) / count, field, found);
                 self.held = true;
             } else {
                 let (held, from) = ([self.held, false], stroke.from + along * (i as f64 / count));
-                let new = UnsupportedGap { held, ends: [from; 2], stroke: *stroke, length: 0.0, allowed: 0.0 };
-                let gap = self.gap.get_or_insert(new);
+                let begins = self.travelled + length * (i as f64) / count;
+                let gap = self.gap.get_or_insert(UnsupportedGap {
+                    held,
+                    ends: [from; 2],
+                    stroke: *stroke,
+                    length: 0.0,
+                    along: [begins; 2],
+                    ledge: false,
+                    allowed: 0.0,
+                });
                 gap.length += length / count;
+                gap.along[1] = gap.along[0] + gap.length;
                 gap.ends[1] = stroke.from + along * ((i + 1) as f64 / count);
             }
         }
@@ -164,9 +173,12 @@ impl Laying {
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
                     let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
-                    Some(UnsupportedGap { held: [true; 2], length, ends, ..first })
+                    let along = [before.map_or(first.along[0], |gap| gap.along[0]), first.along[1]];
+                    Some(self.measured(UnsupportedGap { held: [true; 2], length, ends, along, ..first }, field))
                 }
-                (None, Some(gap)) if gap.held[0] => Some(UnsupportedGap { held: [true; 2], ..gap }),
+                (None, Some(gap)) if gap.held[0] => {
+                    Some(self.measured(UnsupportedGap { held: [true; 2], ..gap }, field))
+                }
                 (None, open) => open,
             };
             // What hangs for less is no rim of a hole but the end of something.
@@ -174,9 +186,10 @@ impl Laying {
             let all: Vec<UnsupportedGap> = std::mem::take(&mut self.long).into_iter().chain(one).collect();
             let (hanging, others): (Vec<_>, Vec<_>) = all.into_iter().partition(hangs);
             let back: Vec<UnsupportedGap> = hanging.into_iter().filter_map(|gap| self.hang(gap)).collect();
+            let others: Vec<UnsupportedGap> = others.into_iter().filter_map(|gap| self.turn(gap)).collect();
             others.into_iter().chain(back).for_each(|gap| self.judge(gap, found));
         } else {
-            let long = std::mem::take(&mut self.long);
+            let long: Vec<_> = std::mem::take(&mut self.long).into_iter().filter_map(|gap| self.turn(gap)).collect();
             long.into_iter().chain(first).chain(open).for_each(|gap| self.judge(gap, found));
         }
         (self.began, self.last) = (None, None);
@@ -198,7 +211,7 @@ impl Laying {
     /// A closed line that hangs as a whole, or for the greater part: back where its layer cannot hold it any more.
     fn hang(&mut self, gap: UnsupportedGap) -> Option<UnsupportedGap> {
         let allowed = self.allowed(&gap);
-        let waits = gap.length > allowed && self.rings.take(UnsupportedGap { allowed, ..gap }, &self.way);
+        let waits = gap.length > allowed && self.rings.take(UnsupportedGap { allowed, ..gap }, self.way.clone(), true);
         if waits {
             // It is a thread already.
             self.places.clear();
@@ -206,11 +219,23 @@ impl Laying {
         (!waits).then_some(gap)
     }
 
+    /// A stretch that turns over air between two ends on material: back where it is no such one, or its layer cannot hold it any more.
+    fn turn(&mut self, gap: UnsupportedGap) -> Option<UnsupportedGap> {
+        let allowed = self.allowed(&gap);
+        let turns = gap.held == [true; 2] && gap.length > allowed && !is_straight(&gap);
+        let waits = turns && {
+            let way = stretch_of(&self.way, gap.along);
+            self.rings.take(UnsupportedGap { allowed, ..gap }, way, false)
+        };
+        (!waits).then_some(gap)
+    }
+
     /// The gap ends on material `at` so many mm along the line.
-    fn end_gap(&mut self, at: f64, found: &mut Vec<UnsupportedGap>) {
+    fn end_gap(&mut self, at: f64, field: &Field, found: &mut Vec<UnsupportedGap>) {
         let Some(mut gap) = self.gap.take() else { return };
         gap.held[1] = true;
         if gap.held[0] {
+            gap = self.measured(gap, field);
             self.last = Some((gap, at));
             // At its end it is known whether the line is closed.
             if gap.length > self.allowed(&gap) {
@@ -223,11 +248,25 @@ impl Laying {
         }
     }
 
+    /// A gap between two ends on material, and whether it is a ledge's rim; nobody asks of one that may be so long anyway.
+    fn measured(&self, gap: UnsupportedGap, field: &Field) -> UnsupportedGap {
+        if gap.length <= self.allowed(&gap) {
+            return gap;
+        }
+        let (width, height) = (f64::from(gap.stroke.width), f64::from(gap.stroke.height));
+        let reach = FREE_SPAN_MM.max(2.0 * width) - width / 2.0;
+        let lies =
+            |p: &Vec3| field.ends_between([p.x, p.y], reach, [p.z - height * (1.0 + SQUEEZE), p.z - height / 2.0]);
+        let way = stretch_of(&self.way, gap.along);
+        let ledge = longest_side(&way) <= FREE_SIDE_MM + 2.0 * width && places_on(&way).all(|p| lies(&p));
+        UnsupportedGap { ledge, ..gap }
+    }
+
     /// How long a gap may be.
     fn allowed(&self, gap: &UnsupportedGap) -> f64 {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
-        let straight = gap.length <= STRAIGHT * (gap.ends[1] - gap.ends[0]).norm() + f64::from(gap.stroke.width);
-        match (gap.held, straight) {
+        match (gap.held, is_straight(gap)) {
+            ([true, true], _) if gap.ledge => FREE_RIM_MM + 2.0 * free,
             ([true, true], true) => self.bridge_mm.max(free),
             ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free),
             _ => free,
@@ -240,6 +279,48 @@ impl Laying {
             found.push(gap);
         }
     }
+}
+
+/// Whether a gap goes nearly the shortest way between its ends.
+fn is_straight(gap: &UnsupportedGap) -> bool {
+    is_nearly_straight(gap.length, &gap.ends, f64::from(gap.stroke.width))
+}
+
+/// The pieces of a way between two lengths along it, mm; where the first is the greater one, on from the way's end at its beginning.
+fn stretch_of(way: &[[Vec3; 2]], [from, to]: [f64; 2]) -> Vec<[Vec3; 2]> {
+    let between = |low: f64, high: f64| {
+        let mut travelled = 0.0;
+        way.iter().filter_map(move |[a, b]| {
+            let (start, length) = (travelled, (b - a).norm());
+            travelled += length;
+            let [first, last] = [low, high].map(|at| ((at - start) / length).clamp(0.0, 1.0));
+            (length > 0.0 && first < last).then(|| [first, last].map(|t| a + (b - a) * t))
+        })
+    };
+    if from <= to {
+        between(from, to).collect()
+    } else {
+        between(from, f64::INFINITY).chain(between(0.0, to)).collect()
+    }
+}
+
+/// The longest straight stretch of a way, mm.
+fn longest_side(way: &[[Vec3; 2]]) -> f64 {
+    let (mut longest, mut side, mut along) = (0.0_f64, 0.0, Vec3::zeros());
+    for [from, to] in way {
+        let (length, direction) = ((to - from).norm(), (to - from).normalize());
+        side = if direction.dot(&along) > SAME_WAY { side + length } else { length };
+        (longest, along) = (longest.max(side), direction);
+    }
+    longest
+}
+
+/// Places on a way, no farther apart than samples are.
+fn places_on(way: &[[Vec3; 2]]) -> impl Iterator<Item = Vec3> + '_ {
+    way.iter().flat_map(|[a, b]| {
+        let count = ((b - a).norm() / SAMPLE_MM).ceil().max(1.0);
+        (0..count as usize).map(move |k| a + (b - a) * ((k as f64 + 0.5) / count))
+    })
 }
 
 #[cfg(test)]
@@ -424,10 +505,65 @@ mod tests {
             vec![[wall, 0.0], [end, 0.0], [end, wide], [wall, wide]]
         };
         assert_eq!(too_long(&gap(30.0), &out(2.0, 3.0)), Vec::<f64>::new());
-        let found = too_long(&gap(30.0), &out(2.0, 8.0));
+        let found = too_long(&gap(30.0), &out(2.6, 8.0));
         assert!(found.len() == 1 && found[0] > TURNED_MM && found[0] < BRIDGE_MM, "{found:?}");
         // As much in one direction is one.
         assert_eq!(too_long(&gap(12.0), &[[-10.0, 0.0], [10.0, 0.0]]), Vec::<f64>::new());
+    }
+
+    /// PrusaSlicer 2.9 does not warn of ledges 2 mm wide along 16 mm.
+    #[test]
+    fn the_rim_of_a_narrow_ledge_turns_over_air() {
+        let rim = |out: f64, long: f64| vec![[-4.0, 0.0], [out, 0.0], [out, long], [-4.0, long]];
+        let wall = [[-12.0, 0.0]];
+        for (out, long, found) in [
+            (1.2, 15.0, 0),
+            (1.7, 12.0, 0),
+            (1.7, 15.0, 0),
+            (1.7, 18.0, 1),
+            (2.6, 12.0, 1),
+            (2.6, 4.0, 0),
+            (6.0, 4.0, 1),
+        ] {
+            assert_eq!(too_long(&wall, &rim(out, long)).len(), found, "out by {out} mm along {long} mm");
+            // The same as a part of an outline that begins on the ledge, or beside it.
+            let around = |from: [f64; 2]| {
+                [vec![from, [out, long], [-10.0, long], [-10.0, 0.0], [out, 0.0]], vec![from]].concat()
+            };
+            assert_eq!(too_long(&wall, &around([out, long / 2.0])).len(), found, "a closed line, {out} and {long} mm");
+        }
+        // A thin tab's way back is not held by its way out.
+        assert_eq!(too_long(&wall, &rim(7.0, 1.0)).len(), 1);
+    }
+
+    /// The roof of a hole with a notch in its side: the outline goes around the notch over air, and then bridges run beside it.
+    #[test]
+    fn what_turns_over_air_is_held_by_bridges_beside_it() {
+        let walls = gap(9.0);
+        let notch = vec![[-7.0, -2.5], [-3.0, -2.5], [-3.0, 0.5], [3.0, 0.5], [3.0, -2.5], [7.0, -2.5]];
+        assert_eq!(too_long(&walls, &notch).len(), 1);
+        let rows =
+            |from: f64, to: f64| -> Vec<Vec<[f64; 2]>> { [0.95, 1.4].map(|y| vec![[from, y], [to, y]]).to_vec() };
+        let zigzag = vec![vec![[-7.0, 0.95], [7.0, 0.95], [7.0, 1.4], [-7.0, 1.4]]];
+        for (bridges, found) in [(rows(-7.0, 7.0), 0), (zigzag, 0), (rows(-7.0, 2.0), 1), (rows(-3.0, 3.0), 1)] {
+            assert_eq!(
+                all_too_long(&walls, &[vec![notch.clone()], bridges.clone()].concat()).len(),
+                found,
+                "{bridges:?}"
+            );
+        }
+        // What the next layer lays comes too late; and a notch of which a side is too far from the bridges is not held.
+        assert_eq!(too_long_of(&walls, &[vec![notch.clone()], rows(-7.0, 7.0)].concat(), 1).len(), 1);
+        let deep: Vec<[f64; 2]> = notch.iter().map(|[x, y]| [*x, if *y < 0.0 { -8.5 } else { *y }]).collect();
+        assert!(!all_too_long(&walls, &[vec![deep], rows(-7.0, 7.0)].concat()).is_empty());
+        // A tab's rows, out and back, hold nothing: neither in one line nor in many.
+        let tab = vec![[-1.0, -3.0], [6.0, -3.0], [6.0, 3.0], [-1.0, 3.0]];
+        let out: Vec<[[f64; 2]; 2]> =
+            (0..13).map(|k| -2.6 + 0.43 * f64::from(k)).map(|y| [[-4.0, y], [5.6, y]]).collect();
+        let one = out.iter().enumerate().flat_map(|(k, [a, b])| if k % 2 == 0 { [*a, *b] } else { [*b, *a] }).collect();
+        for filling in [vec![one], out.iter().map(|row| row.to_vec()).collect()] {
+            assert!(!all_too_long(&[[-8.0, 0.0]], &[vec![tab.clone()], filling].concat()).is_empty());
+        }
     }
 
     #[test]

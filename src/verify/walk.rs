@@ -403,11 +403,15 @@ impl Walker<'_> {
             })
             .collect();
         let tips = Bounds::of(ways.iter().flatten().copied());
-        let mut floor = Floor::new(&tips.inflated(self.reach()));
-        ways.iter().for_each(|way| floor.goes(*way));
-        floor.settle(&self.head, self.walked.clearance.max(0.0));
+        // Where nothing is laid yet there is nothing to leave out.
+        let floor = (!self.material.beads().is_empty()).then(|| {
+            let mut floor = Floor::new(&tips.inflated(self.reach()));
+            ways.iter().for_each(|way| floor.goes(*way));
+            floor.settle(&self.head, self.walked.clearance.max(0.0));
+            floor
+        });
         self.setup = Some(Setup {
-            field: self.material.field(&motion, &tips, &floor),
+            field: self.material.field(&motion, &tips, floor.as_ref()),
             near: Near::new(motion, &self.material, self.head.len()),
             back: motion.inverse(),
             level: (motion.rotation * Vec3::z() - Vec3::z()).norm() < LEVEL,
@@ -451,6 +455,7 @@ impl Walker<'_> {
             let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
                 let (held, key) = match gap.held {
+                    [true, true] if gap.ledge => ("along a ledge", ""),
                     [true, true] if gap.allowed < self.bridge_mm => ("with a bend between two ends on material", ""),
                     [true, true] => ("between two ends on material", ", [process] bridge_mm"),
                     [false, false] => ("with neither end on material", ""),

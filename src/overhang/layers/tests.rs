@@ -70,6 +70,77 @@ fn a_shelf_that_is_held_at_one_side_droops_as_far_as_lines_hang_free() {
     assert_eq!([0.35, 0.5].map(|out| grade(&shelf(out), [0.0, 12.0], &fine)), ["fine", "hangs"]);
 }
 
+/// Slicers lay no wall that is narrower than two thirds of a line, or not all of them do.
+#[test]
+fn a_wall_that_nobody_lays_holds_no_bridge() {
+    let arch = |wall: f64| {
+        [
+            [-9.0, 0.0],
+            [-4.0, 0.0],
+            [-4.0, 10.0],
+            [4.0, 10.0],
+            [4.0, 0.0],
+            [4.0 + wall, 0.0],
+            [4.0 + wall, 15.0],
+            [-9.0, 15.0],
+        ]
+    };
+    let graded = [0.05, 0.14, 0.22, 0.29, 0.31, 0.45, 5.0].map(|wall| grade(&arch(wall), [0.0, 30.0], &rule()));
+    assert_eq!(graded, ["hangs", "hangs", "hangs", "hangs", "fine", "fine", "fine"]);
+}
+
+/// PrusaSlicer 2.9 is silent about 1.4 mm at one side of a post of 12 mm and around a corner of it, and calls it loose around three sides and all four.
+#[test]
+fn a_ledge_all_around_has_no_end_that_something_holds() {
+    let cuboid = |min: [f64; 3], max: [f64; 3]| {
+        TriangleMesh::<Object>::cuboid(&crate::geom::Bounds { min: min.into(), max: max.into() })
+    };
+    let graded = |foot: [f64; 2], ledge: [[f64; 2]; 2]| {
+        let [[x0, y0], [x1, y1]] = ledge;
+        let mesh = TriangleMesh::joined([
+            &cuboid([0.0, 0.0, 0.0], [foot[0], foot[1], 11.0]),
+            &cuboid([x0, y0, 10.0], [x1, y1, 13.0]),
+        ]);
+        let stands = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+        let Judged { hangs, .. } =
+            judged(&mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, stands, &rule(), false);
+        hangs.len()
+    };
+    // Out at one side, at two that meet, at three, and all around; at 1.9 mm a corner is farther out than lines hang free.
+    for (out, found) in [(1.0, [0, 0, 0, 0]), (1.4, [0, 0, 1, 1]), (1.9, [0, 1, 1, 1])] {
+        let ledges = [
+            [[0.0, 0.0], [12.0 + out, 12.0]],
+            [[0.0, 0.0], [12.0 + out; 2]],
+            [[-out, 0.0], [12.0 + out; 2]],
+            [[-out; 2], [12.0 + out; 2]],
+        ];
+        assert_eq!(ledges.map(|ledge| graded([12.0; 2], ledge)), found, "out by {out} mm");
+    }
+    assert_eq!(graded([2.0; 2], [[-1.9; 2], [3.9; 2]]), 1);
+}
+
+/// A ridge is cut a hair above its edge: what no slicer lays there holds nothing in the layer above.
+#[test]
+fn a_keel_holds_nothing_wherever_layers_are_cut() {
+    let foot: TriangleMesh<Object> = prism(&[[0.0, 0.0], [10.0, 0.0], [10.0, 20.0], [0.0, 20.0]], [-5.0, 5.0]);
+    for low in [10.0, 10.095, 10.0999, 10.1, 10.12, 10.19] {
+        let outline = [[0.0, low], [1.0, low + 0.2], [1.0, low + 3.0], [-1.0, low + 3.0], [-1.0, low + 0.2]];
+        let along: TriangleMesh<Object> = prism(&outline, [-30.0, -5.0]);
+        let bar = TriangleMesh::new(
+            along.vertices().iter().map(|v| Vec3::new(-v.y, v.x, v.z)).collect(),
+            along.facets().to_vec(),
+        );
+        let mesh = TriangleMesh::joined([&foot, &bar]);
+        let stands = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+        let begins_mm = relief.in_the_air(&Vec3::z(), stands, &rule().hang());
+        assert!(!begins_mm.is_empty());
+        let ground = Ground { table: true, begins_mm, ..Ground::default() };
+        let found = judged(&mesh, &Vec3::z(), &ground, stands, &rule(), false).hangs;
+        assert!(found.len() == 1 && found[0].area_mm2 > 15.0, "a ridge at {low} mm: {found:?}");
+    }
+}
+
 #[test]
 fn a_slope_passes_up_to_four_fifths_of_a_line_a_layer_and_beyond_that_for_a_few_layers() {
     // So high, leaning out by so many degrees from the vertical.
