@@ -4,13 +4,15 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::OverhangRule;
-use super::chords::Air;
+use super::chords::{Air, holds};
 use super::keels::too_narrow;
 use super::memory::{FREE_RIM_MM, FREE_SIDE_MM, Lean, Memory};
 use super::patch::{Piece, State};
 use super::region::{
-    Corners, Region, Shape, about, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or,
+    Corners, Region, Shape, about, and, area_mm2, around_mm, at, bounds, edges, grown, longest_side_mm, minus, or,
 };
+use crate::section::Segment;
+use crate::section::polygons::GridPoint;
 
 /// Areas below this are rounding, mm².
 const NOTHING_MM2: f64 = 1e-4;
@@ -36,6 +38,8 @@ pub const SMALL_MM2: f64 = 10.0;
 pub const SMALL_LEDGE_MM: f64 = 3.0;
 /// A piece of which bridges carry more lies on these.
 const HALF: f64 = 0.5;
+/// What of a border is no farther than this from where a step is fine begins there, mm.
+const NEAR_EDGE_MM: f64 = 0.05;
 /// A bridge that spans no more does not sag, mm.
 pub const FINE_BRIDGE_MM: f64 = 10.0;
 /// Nothing that is farther from a piece than this says how far it goes out, mm: most go out by 3 mm, and corners that grow by twice that.
@@ -188,6 +192,7 @@ impl Step<'_> {
             pieces.push(self.island(&own[0]));
             return;
         }
+        let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
         let below = Below::of(about(&self.below.region, &own, NEAR_MM));
         let farther = |mm: f64| minus(&own, &below.grown(mm, Corners::Round));
         let bridge = |mm: f64| {
@@ -203,7 +208,10 @@ impl Step<'_> {
                 return;
             };
             // All around a pin it has no end that something holds, and PrusaSlicer 2.9 warns of it, as of one around three of its sides.
-            let around = own[0].len() > 1 || around_mm(&own[0]) / 2.0 > FREE_RIM_MM + rule.free_mm();
+            let around = match own[0].len() {
+                1 => around_mm(&own[0]) / 2.0 > FREE_RIM_MM + rule.free_mm(),
+                _ => !is_within(&own[0][0], &below.grown(fine_mm + NEAR_EDGE_MM, Corners::Sharp)),
+            };
             let long = around || longest_side_mm(&own[0]) > FREE_SIDE_MM;
             let loose_mm2 = area * loose.share;
             let most_mm = if loose_mm2 <= SMALL_MM2 { SMALL_LEDGE_MM } else { rule.free_mm() };
@@ -274,6 +282,12 @@ impl Step<'_> {
         let middle = [0, 1].map(|i| f64::midpoint(bounds[0][i], bounds[1][i]));
         Piece { layer: self.number, area_mm2, middle, bounds, is }
     }
+}
+
+/// Whether a border lies in a region, or a place of it does.
+fn is_within(border: &[GridPoint], region: &Region) -> bool {
+    let sides: Vec<Segment> = region.iter().flatten().flat_map(|ring| edges(ring)).map(|ends| ends.map(at)).collect();
+    border.iter().any(|p| holds(&sides, at(*p)))
 }
 
 /// The area of the piece of `over` that holds `one`, mm².
