@@ -78,6 +78,9 @@ pub const TOLERATE_MM2: f64 = 1.0;
 /// from 15 on. From [`FINE_BRIDGE_MM`] on it sags.
 pub const BRIDGE_MM: f64 = 14.0;
 
+/// What is narrower, in line widths, is not laid by every slicer: the built-in one leaves it out, others lay a little less.
+pub const NARROWEST_LINES: f64 = 2.0 / 3.0;
+
 /// A step of so many line widths is fine without end.
 const FINE_WIDTHS: f64 = 0.8;
 

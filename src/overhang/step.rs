@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::OverhangRule;
 use super::chords::{Air, holds};
 use super::keels::too_narrow;
 use super::memory::{FREE_RIM_MM, FREE_SIDE_MM, Lean, Memory};
@@ -11,6 +10,7 @@ use super::patch::{Piece, State};
 use super::region::{
     Corners, Region, Shape, about, and, area_mm2, around_mm, at, bounds, edges, grown, longest_side_mm, minus, or,
 };
+use super::{NARROWEST_LINES, OverhangRule};
 use crate::section::Segment;
 use crate::section::polygons::GridPoint;
 
@@ -22,8 +22,6 @@ const ROUNDING: f64 = 0.02;
 const STEP_SLACK_MM: f64 = 5e-4;
 /// A piece that is so much of what goes beyond the layer below touches nothing else of it.
 const WHOLE: f64 = 0.999;
-/// A wall holds no bridge that is narrower than this, in lines: not every slicer lays it.
-const NARROWEST: f64 = 2.0 / 3.0;
 /// Shorter stretches are corners, which nobody looks at, mm.
 const CORNER_MM: f64 = 3.0;
 /// A step is one of lines with nothing below them from so many steps that are fine on.
@@ -141,7 +139,8 @@ impl Step<'_> {
             pieces.extend(close.iter().map(|one| self.piece(one, area_mm2(one), State::Droops(rule.layer_mm))));
             beyond = minus(&beyond, &near);
         }
-        let air = match too_narrow(&about(&self.below.region, &beyond, rule.bridge_mm), NARROWEST * rule.line_mm) {
+        let air = match too_narrow(&about(&self.below.region, &beyond, rule.bridge_mm), NARROWEST_LINES * rule.line_mm)
+        {
             narrow if narrow.is_empty() => Air::of(&over, &self.below.region),
             narrow => {
                 let laid = minus(&self.below.region, &narrow);

@@ -5,15 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::measure::Measured;
 use super::surface::{OWN, Surface};
 use crate::geom::{Sets, Vec3};
-
-/// A foot that is narrower on average, in lines, has no pedestal: not every slicer would lay it.
-const NARROWEST: f64 = 2.0 / 3.0;
+use crate::overhang::NARROWEST_LINES;
 
 /// The model's footprint drawn down by `height_mm`, closed; its top is the model's own facets, turned over. What of it is too narrow for a line
 /// of `line_mm` is left out. `None` for a model that stands on nothing but edges.
 pub(super) fn pedestal(model: &Measured, height_mm: f64, line_mm: f64) -> Option<Surface> {
     let feet: Vec<usize> = (0..model.area.len()).filter(|&f| model.on_table[f]).collect();
-    let foot = wide(&model.surface.select(feet.iter().copied()), NARROWEST * line_mm);
+    let foot = wide(&model.surface.select(feet.iter().copied()), NARROWEST_LINES * line_mm);
     if foot.facets.is_empty() {
         return None;
     }

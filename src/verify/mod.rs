@@ -87,6 +87,7 @@ mod thin;
 mod turn_lines;
 mod turning;
 mod walk;
+mod way;
 
 pub use referee::{Refereed, Unjudged, referee};
 pub use report::{

@@ -14,6 +14,7 @@
 use std::collections::HashMap;
 
 use super::ledges::UnsupportedGap;
+use super::way::{Way, is_nearly_straight};
 use crate::geom::{Bounds, Sets, Vec3};
 use crate::section::{Segment, to_segment};
 
@@ -27,17 +28,12 @@ pub(super) const LONGEST_MM: f64 = 44.0;
 const TOUCH_MM: f64 = 0.15;
 /// As far beyond that a thread may be what is found beside a line: the field's cells and the line's own width.
 const BESIDE_MM: f64 = 1.0;
-/// A span is straight that is no longer than so many times the way between its ends, and a line's width.
-const STRAIGHT: f64 = 1.1;
 /// Places that lie on something, of a line that is said to.
 const FEWEST: usize = 3;
 /// Threads at most that are looked at in one layer.
 const MOST_THREADS: usize = 300;
 /// What lies no higher or lower is of the layer, mm.
 const LAYER_MM: f64 = 0.02;
-
-/// A line, as its pieces.
-type Way = Vec<[Vec3; 2]>;
 
 /// A place on a line.
 #[derive(Clone, Copy)]
@@ -159,11 +155,6 @@ impl Rings {
             }
         }
     }
-}
-
-/// Whether a way of so many mm goes nearly straight between its ends, for a line so wide.
-pub(super) fn is_nearly_straight(mm: f64, [from, to]: &[Vec3; 2], width: f64) -> bool {
-    mm <= STRAIGHT * (to - from).norm() + width
 }
 
 /// For each place whether the line goes straight on there from a place that lies on something to another one.

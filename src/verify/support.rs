@@ -9,8 +9,11 @@
 //! support stands on.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its
-//! way is no bridge, but may be the rim of a ledge, no farther out than that, [`FREE_SIDE_MM`] along a side and [`FREE_RIM_MM`] around corners. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs behind its beginning
+//! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges). What turns on its
+//! way is no bridge, whatever the slicer calls it. It may be the rim of a ledge, no farther out than such a string, [`FREE_SIDE_MM`]
+//! along a side and [`FREE_RIM_MM`] around corners; or [bridges beside it hold it](super::rings).
+//!
+//! A loop that is closed over air has no end there: what hangs behind its beginning
 //! and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too). One that touches nothing but its
 //! own beginning, or hangs for more than half of itself, lies on nothing, unless what is laid after it and around it in
 //! its layer [holds it](super::rings).
@@ -21,7 +24,8 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM, is_nearly_straight};
+use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM};
+use super::way::{SAMPLE_MM, is_nearly_straight, longest_side, places_on, stretch_of};
 use crate::geom::Vec3;
 use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, FREE_SPAN_MM};
 
@@ -29,10 +33,6 @@ use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, FREE_SPAN_MM};
 const SQUEEZE: f64 = 0.35;
 /// So many layers of air may be between a part and another body below it.
 const OTHERS_LAYERS: f64 = 2.0;
-/// Spacing of the places looked at along a line, mm.
-const SAMPLE_MM: f64 = 0.3;
-/// Pieces of a line that differ in direction by less than this (cosine; a degree) are one side.
-const SAME_WAY: f64 = 0.99985;
 /// A closed line hangs as such where so much of it does.
 const LOOP_SHARE: f64 = 0.5;
 
@@ -284,43 +284,6 @@ impl Laying {
 /// Whether a gap goes nearly the shortest way between its ends.
 fn is_straight(gap: &UnsupportedGap) -> bool {
     is_nearly_straight(gap.length, &gap.ends, f64::from(gap.stroke.width))
-}
-
-/// The pieces of a way between two lengths along it, mm; where the first is the greater one, on from the way's end at its beginning.
-fn stretch_of(way: &[[Vec3; 2]], [from, to]: [f64; 2]) -> Vec<[Vec3; 2]> {
-    let between = |low: f64, high: f64| {
-        let mut travelled = 0.0;
-        way.iter().filter_map(move |[a, b]| {
-            let (start, length) = (travelled, (b - a).norm());
-            travelled += length;
-            let [first, last] = [low, high].map(|at| ((at - start) / length).clamp(0.0, 1.0));
-            (length > 0.0 && first < last).then(|| [first, last].map(|t| a + (b - a) * t))
-        })
-    };
-    if from <= to {
-        between(from, to).collect()
-    } else {
-        between(from, f64::INFINITY).chain(between(0.0, to)).collect()
-    }
-}
-
-/// The longest straight stretch of a way, mm.
-fn longest_side(way: &[[Vec3; 2]]) -> f64 {
-    let (mut longest, mut side, mut along) = (0.0_f64, 0.0, Vec3::zeros());
-    for [from, to] in way {
-        let (length, direction) = ((to - from).norm(), (to - from).normalize());
-        side = if direction.dot(&along) > SAME_WAY { side + length } else { length };
-        (longest, along) = (longest.max(side), direction);
-    }
-    longest
-}
-
-/// Places on a way, no farther apart than samples are.
-fn places_on(way: &[[Vec3; 2]]) -> impl Iterator<Item = Vec3> + '_ {
-    way.iter().flat_map(|[a, b]| {
-        let count = ((b - a).norm() / SAMPLE_MM).ceil().max(1.0);
-        (0..count as usize).map(move |k| a + (b - a) * ((k as f64 + 0.5) / count))
-    })
 }
 
 #[cfg(test)]

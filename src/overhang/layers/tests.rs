@@ -119,6 +119,35 @@ fn a_ledge_all_around_has_no_end_that_something_holds() {
     assert_eq!(graded([2.0; 2], [[-1.9; 2], [3.9; 2]]), 1);
 }
 
+/// A screw's head sunk from below: the wall around it holds the ring in its roof, which is none around a post.
+#[test]
+fn a_ledge_into_a_hole_is_held_from_outside() {
+    let ring = |r: f64, z: f64| {
+        (0..48).map(move |k| {
+            let (s, c) = (std::f64::consts::TAU * f64::from(k) / 48.0).sin_cos();
+            Vec3::new(r * c, r * s, z)
+        })
+    };
+    // Radii of the head and of the hole above it.
+    let hangs = |head: f64, hole: f64| {
+        let rings = [(head, 0.0), (20.0, 0.0), (20.0, 10.0), (hole, 10.0), (hole, 4.0), (head, 4.0)];
+        let vertices: Vec<Vec3> = rings.iter().flat_map(|&(r, z)| ring(r, z)).collect();
+        let side = |i: u32| {
+            let [a, b] = [i, (i + 1) % 6].map(|i| 48 * i);
+            (0..48).map(move |k| (a, b, k, (k + 1) % 48))
+        };
+        let facets =
+            (0..6).flat_map(side).flat_map(|(a, b, k, next)| [[a + k, b + next, b + k], [a + k, a + next, b + next]]);
+        let mesh = TriangleMesh::<Object>::new(vertices, facets.collect());
+        assert!(mesh.volume() > 0.0);
+        let stands = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+        let table = Ground { table: true, ..Ground::default() };
+        !judged(&mesh, &Vec3::z(), &table, stands, &rule(), false).hangs.is_empty()
+    };
+    let found = [(3.25, 1.7), (4.0, 2.1), (4.5, 2.6), (9.0, 3.0), (12.0, 3.0)].map(|(head, hole)| hangs(head, hole));
+    assert_eq!(found, [false, false, false, true, true]);
+}
+
 /// A ridge is cut a hair above its edge: what no slicer lays there holds nothing in the layer above.
 #[test]
 fn a_keel_holds_nothing_wherever_layers_are_cut() {

@@ -235,8 +235,12 @@ async function draw() {
   if (page.keys === keys) return;
   page.keys = keys;
   const { revision, up } = page.state;
-  if (!(await scene.setModels(page.state.models.map((model) => ({ key: keyOf(model) })), revision, up))) page.keys = null; // the new state is on its way
-  show();
+  if (!(await scene.setModels(page.state.models.map((model) => ({ key: keyOf(model) })), revision, up))) {
+    page.keys = null;
+    // The new state may be here already, or is on its way.
+    if (page.state.revision !== revision) return draw();
+  }
+  return show();
 }
 
 function connection(text) {

@@ -184,3 +184,30 @@ fn a_model_is_never_drawn_as_another_one() {
     let counted: Vec<usize> = serde_json::from_str(answers.results[11].as_str().unwrap()).unwrap();
     assert!(counted.len() == 2 && counted[0] == 12 && counted[1] != 12, "{counted:?}");
 }
+
+/// A choice that changes no picture, made while one is on its way: the model is asked for again, though no later state comes.
+#[test]
+fn a_choice_beside_it_does_not_lose_a_picture() {
+    let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
+    let wide = "workbench.scene.order[0].high[0] - workbench.scene.order[0].low[0]";
+    let choose = "s.dispatchEvent(new Event('change', { bubbles: true }))";
+    let steps = [
+        until(&format!("{STATE} && workbench.page.machines.machines && workbench.scene.order.length === 1")),
+        eval(wide),
+        eval(&format!(
+            "(() => {{ const real = fetch; window.held = 0; const opened = new Promise((open) => {{ window.letGo = open; }}); \
+              window.fetch = (to, ...more) => to.startsWith('/api/model?') ? (window.held++, opened.then(() => real(to, ...more))) : real(to, ...more); \
+              const s = document.getElementById('unit'); s.value = 'in'; {choose}; }})()"
+        )),
+        until("window.held === 1"),
+        eval(&format!("(() => {{ const s = document.getElementById('copies-0'); s.value = '2'; {choose}; }})()")),
+        until(&format!("{STATE}.models[0].copies === 2")),
+        eval("window.letGo()"),
+        until(&format!("{wide} > 400")),
+        eval(wide),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    let [mm, inches] = [1, 8].map(|step| answers.results[step].as_f64().unwrap());
+    assert!((inches / mm - 25.4).abs() < 1e-6, "{mm} and {inches}");
+}
