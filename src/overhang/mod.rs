@@ -63,7 +63,7 @@ pub use layers::{LayerJudge, judged, unsupported};
 pub use memory::{FREE_RIM_MM, FREE_SIDE_MM};
 pub use patch::{Cause, Droop, HangingBox, Judged, Patch};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
-pub use step::{FINE_BRIDGE_MM, SMALL_LEDGE_MM, SMALL_MM2};
+pub use step::{FINE_BRIDGE_MM, LEDGE_MM, SMALL_LEDGE_MM, SMALL_MM2};
 
 use crate::geom::Angle;
 

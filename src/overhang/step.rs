@@ -29,7 +29,7 @@ const FLOATS: f64 = 1.5;
 /// Stretches that are shorter than a line spans never fall below this.
 const NEARLY_FLOATS: f64 = 1.18;
 /// So far out a ledge may be however long it is, mm: its loops lean on each other.
-const LEDGE_MM: f64 = 1.5;
+pub const LEDGE_MM: f64 = 1.5;
 /// What is no larger may go out by more, mm²: PrusaSlicer 2.9 is silent about ledges 6 mm wide that go out by 3 mm.
 pub const SMALL_MM2: f64 = 10.0;
 /// How far that may go out, mm.

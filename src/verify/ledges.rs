@@ -28,8 +28,8 @@ pub(super) struct UnsupportedGap {
     pub(super) length: f64,
     /// How far along the line that is, mm; behind the line's end where it begins on it and ends on its beginning.
     pub(super) along: [f64; 2],
-    /// Whether all of it runs beside what was laid in layers before, no farther out than lines hang free.
-    pub(super) ledge: bool,
+    /// What it may be as the rim of a ledge, mm; 0 where it is none.
+    pub(super) as_rim: f64,
     /// What it may be.
     pub(super) allowed: f64,
 }

@@ -22,7 +22,7 @@ use crate::section::{Segment, to_segment};
 pub(super) const TURNED_MM: f64 = 8.0;
 /// A line carries nothing of itself until the tip is so many widths ahead: its own tail is no support.
 pub(super) const TAIL_WIDTHS: f64 = 4.0;
-/// No longer ring is waited for, mm: around a hole that a bridge of 14 mm spans.
+/// No longer ring is waited for, mm, but for a ledge's rim: around a hole that a bridge of 14 mm spans.
 pub(super) const LONGEST_MM: f64 = 44.0;
 /// Beyond half of the widths, how far from each other lines touch, mm.
 const TOUCH_MM: f64 = 0.15;
@@ -33,7 +33,7 @@ const FEWEST: usize = 3;
 /// Threads at most that are looked at in one layer.
 const MOST_THREADS: usize = 300;
 /// What lies no higher or lower is of the layer, mm.
-const LAYER_MM: f64 = 0.02;
+pub(super) const LAYER_MM: f64 = 0.02;
 
 /// A place on a line.
 #[derive(Clone, Copy)]
@@ -105,7 +105,7 @@ impl Rings {
     /// Takes a closed line that hangs as a whole, or for the greater part, or else the stretch of a line that does; `false` where it is too long
     /// to wait for.
     pub(super) fn take(&mut self, gap: UnsupportedGap, way: Way, closed: bool) -> bool {
-        let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
+        let fits = gap.length <= LONGEST_MM.max(gap.as_rim) && self.threads.len() < MOST_THREADS;
         if fits {
             self.rings.push(Ring { thread: self.threads.len(), gap, closed });
             self.threads.push(Thread::of(way, f64::from(gap.stroke.width)));

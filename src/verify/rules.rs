@@ -8,7 +8,7 @@ use super::report::Rule;
 use super::{
     astray, coverage, depth, doubled, fill, flow, layers, program, registration, rings, settings, tally, turning,
 };
-use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM};
+use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, LEDGE_MM};
 use crate::planning::balance;
 
 /// A rule, what it asks for, and its limits.
@@ -79,6 +79,7 @@ pub const RULES: [RuleStatement; 23] = [
         &[
             limit("turn_over_air_mm", rings::TURNED_MM),
             limit("ring_over_air_mm", rings::LONGEST_MM),
+            limit("ledge_mm", LEDGE_MM),
             limit("ledge_side_mm", FREE_SIDE_MM),
             limit("ledge_rim_mm", FREE_RIM_MM),
         ],

@@ -10,8 +10,9 @@
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
 //! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges). What turns on its
-//! way is no bridge, whatever the slicer calls it. It may be the rim of a ledge, no farther out than such a string, [`FREE_SIDE_MM`]
-//! along a side and [`FREE_RIM_MM`] around corners; or [bridges beside it hold it](super::rings).
+//! way is no bridge, whatever the slicer calls it. It may be the rim of a ledge: of one that is [`LEDGE_MM`] wide however long it is, or of one as
+//! wide as such a string is long, [`FREE_SIDE_MM`] along a side and [`FREE_RIM_MM`] around corners. Or
+//! [bridges beside it hold it](super::rings).
 //!
 //! A loop that is closed over air has no end there: what hangs behind its beginning
 //! and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too). One that touches nothing but its
@@ -24,10 +25,10 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM};
+use super::rings::{LAYER_MM, Place, Rings, TAIL_WIDTHS, TURNED_MM};
 use super::way::{SAMPLE_MM, is_nearly_straight, longest_side, places_on, stretch_of};
 use crate::geom::Vec3;
-use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, FREE_SPAN_MM};
+use crate::overhang::{FREE_RIM_MM, FREE_SIDE_MM, FREE_SPAN_MM, LEDGE_MM};
 
 /// The part of a layer by which the support below may fall short of the bead's underside.
 const SQUEEZE: f64 = 0.35;
@@ -126,7 +127,7 @@ impl Laying {
             let below = Below { height: under, earlier, laid, held: under - air, other };
             let stands = field.stands([p.x, p.y], width, below);
             if self.rings.wait() {
-                let lies = stands && field.ends_between([p.x, p.y], width / 2.0, [under, p.z - height / 2.0]);
+                let lies = stands && field.ends_between([p.x, p.y], width / 2.0, [under, p.z - LAYER_MM]);
                 self.places.push(Place { at: p, stands, lies });
             }
             if stands {
@@ -141,7 +142,7 @@ impl Laying {
                     stroke: *stroke,
                     length: 0.0,
                     along: [begins; 2],
-                    ledge: false,
+                    as_rim: 0.0,
                     allowed: 0.0,
                 });
                 gap.length += length / count;
@@ -169,7 +170,9 @@ impl Laying {
             let before = open.or_else(|| self.last.filter(near_end).map(|(gap, _)| gap));
             let one = match (first, open) {
                 // On nothing but its own beginning.
-                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => Some(first.alone()),
+                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => {
+                    Some(self.measured(first.alone(), field))
+                }
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
                     let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
@@ -248,27 +251,37 @@ impl Laying {
         }
     }
 
-    /// A gap between two ends on material, and whether it is a ledge's rim; nobody asks of one that may be so long anyway.
+    /// A gap that ends on material or on itself, and what it may be as a ledge's rim; nobody asks of one that may be so long anyway.
     fn measured(&self, gap: UnsupportedGap, field: &Field) -> UnsupportedGap {
         if gap.length <= self.allowed(&gap) {
             return gap;
         }
         let (width, height) = (f64::from(gap.stroke.width), f64::from(gap.stroke.height));
-        let reach = FREE_SPAN_MM.max(2.0 * width) - width / 2.0;
-        let lies =
-            |p: &Vec3| field.ends_between([p.x, p.y], reach, [p.z - height * (1.0 + SQUEEZE), p.z - height / 2.0]);
         let way = stretch_of(&self.way, gap.along);
-        let ledge = longest_side(&way) <= FREE_SIDE_MM + 2.0 * width && places_on(&way).all(|p| lies(&p));
-        UnsupportedGap { ledge, ..gap }
+        let is_within = |mm: f64| {
+            let lies = |p: Vec3| {
+                field.ends_between([p.x, p.y], mm - width / 2.0, [p.z - height * (1.0 + SQUEEZE), p.z - LAYER_MM])
+            };
+            places_on(&way).all(lies)
+        };
+        let free = FREE_SPAN_MM.max(2.0 * width);
+        let as_rim = if is_within(LEDGE_MM) {
+            f64::INFINITY
+        } else if longest_side(&way) <= FREE_SIDE_MM + 2.0 * width && is_within(free) {
+            // What is all around has no end, and waits for what holds it.
+            if gap.held == [true; 2] { FREE_RIM_MM + 2.0 * free } else { f64::INFINITY }
+        } else {
+            0.0
+        };
+        UnsupportedGap { as_rim, ..gap }
     }
 
     /// How long a gap may be.
     fn allowed(&self, gap: &UnsupportedGap) -> f64 {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
         match (gap.held, is_straight(gap)) {
-            ([true, true], _) if gap.ledge => FREE_RIM_MM + 2.0 * free,
-            ([true, true], true) => self.bridge_mm.max(free),
-            ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free),
+            ([true, true], true) => self.bridge_mm.max(free).max(gap.as_rim),
+            ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free).max(gap.as_rim),
             _ => free,
         }
     }
@@ -474,13 +487,16 @@ mod tests {
         assert_eq!(too_long(&gap(12.0), &[[-10.0, 0.0], [10.0, 0.0]]), Vec::<f64>::new());
     }
 
-    /// PrusaSlicer 2.9 does not warn of ledges 2 mm wide along 16 mm.
+    /// PrusaSlicer 2.9 does not warn of ledges 2 mm wide along 16 mm, nor of those 1.5 mm wide along 25 mm.
     #[test]
     fn the_rim_of_a_narrow_ledge_turns_over_air() {
         let rim = |out: f64, long: f64| vec![[-4.0, 0.0], [out, 0.0], [out, long], [-4.0, long]];
         let wall = [[-12.0, 0.0]];
         for (out, long, found) in [
             (1.2, 15.0, 0),
+            (1.2, 25.0, 0),
+            (1.2, 29.0, 0),
+            (1.65, 25.0, 1),
             (1.7, 12.0, 0),
             (1.7, 15.0, 0),
             (1.7, 18.0, 1),

@@ -455,7 +455,7 @@ impl Walker<'_> {
             let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
                 let (held, key) = match gap.held {
-                    [true, true] if gap.ledge => ("along a ledge", ""),
+                    [true, true] if gap.as_rim > 0.0 => ("along a ledge", ""),
                     [true, true] if gap.allowed < self.bridge_mm => ("with a bend between two ends on material", ""),
                     [true, true] => ("between two ends on material", ", [process] bridge_mm"),
                     [false, false] => ("with neither end on material", ""),

@@ -262,6 +262,37 @@ impl Case {
         Self { seed, parts, machine, ways: PARTS }
     }
 
+    /// A post or a wall, and a cap on it that goes out a little at one to four of its sides; or a bore that is narrower above.
+    fn ledged(seed: u64) -> Self {
+        let mut numbers = Numbers::seeded(3_000_000 + seed);
+        let name = MACHINES[whole(&mut numbers, MACHINES.len())];
+        let layer = hundredths(&mut numbers, 0.1, 0.3);
+        let out = hundredths(&mut numbers, 0.2, 3.5);
+        let [x, y] = [(2.0, 30.0), (2.0, 60.0)].map(|(a, b)| hundredths(&mut numbers, a, b));
+        let (low, high) = (hundredths(&mut numbers, 3.0, 12.0), hundredths(&mut numbers, 2.0, 5.0));
+        let sides = 1 + whole(&mut numbers, 4);
+        let solid = match whole(&mut numbers, 3) {
+            0 => {
+                let sides = [16, 32, 64][whole(&mut numbers, 3)];
+                let [post, cap] = [(x / 2.0, low), (x / 2.0 + out, high)].map(|(r, h)| solids::rod(r, h, sides));
+                post.and(&cap.at(0.0, 0.0, low))
+            }
+            1 => {
+                let [wide, narrow] = [x / 2.0 + out, x / 2.0].map(|r| solids::rod(r, 200.0, 32));
+                let (side, height) = (x + 2.0 * out + 8.0, low + high);
+                let block = solids::block(side, side, height).at(-side / 2.0, -side / 2.0, 0.0);
+                block.less(&wide.at(0.0, 0.0, low - 200.0)).less(&narrow.at(0.0, 0.0, -100.0))
+            }
+            _ => {
+                let by = [0, 1, 2, 3].map(|side| if side < sides { out } else { 0.0 });
+                let cap = solids::block(x + by[1] + by[3], y + by[0] + by[2], high).at(-by[3], -by[2], low);
+                solids::block(x, y, low).and(&cap)
+            }
+        };
+        let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
+        Self { seed, parts: vec![("ledged".to_owned(), solid.mesh())], machine, ways: PARTS }
+    }
+
     /// One solid as people draw them: a post with limbs at any angle, round or square, uprights on them, a ball, holes; most must
     /// be cut to be printed.
     fn united(seed: u64) -> Self {
@@ -461,6 +492,21 @@ fn holes_notches_and_bridges_that_are_planned_are_kept() {
     }
     if installed("prusa-slicer") {
         through(&SlicerChoice::PrusaSlicer, Case::pierced, seeds(3, 100));
+    } else {
+        skip("prusa-slicer is not installed");
+    }
+}
+
+#[test]
+fn ledges_that_are_planned_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::ledged, seeds(12, 400));
+    assert!(kept > 0 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
+    if installed("prusa-slicer") {
+        through(&SlicerChoice::PrusaSlicer, Case::ledged, seeds(3, 100));
+        // The rim of a bore that is narrower above is laid before the rows that hold it.
+        for seed in [28, 51] {
+            through(&SlicerChoice::PrusaSlicer, Case::ledged, seed..seed + 1);
+        }
     } else {
         skip("prusa-slicer is not installed");
     }
