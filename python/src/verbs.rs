@@ -7,9 +7,9 @@ use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use trunnion::document;
 use trunnion::job::{
-    self, Arrangement, Cutting, Finish, ModelSource, OrientOptions, OrientRequest, OutputFile, PartChoice, PictureFile,
-    PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest, SlicingOptions, SplitOptions,
-    SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
+    self, Arrangement, Cutting, Finish, GivenCut, ModelSource, OrientOptions, OrientRequest, OutputFile, PartChoice,
+    PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest, SlicingOptions,
+    SplitOptions, SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
 use trunnion::strategy::StrategyError;
@@ -182,6 +182,14 @@ fn only(given: &Given<'_>) -> PyResult<Option<Way>> {
     Ok(WAYS[given.word("way", &WAYS)?].parse().ok())
 }
 
+/// Cuts that are made first.
+fn cuts(given: &Given<'_>) -> PyResult<Vec<GivenCut>> {
+    let parsed =
+        |all: &Bound<'_, PyAny>| all.extract::<Vec<String>>().ok()?.iter().map(|text| GivenCut::parsed(text)).collect();
+    let what = "a list of X,Y,Z,OFFSET, each with an @X,Y,Z for each part to take";
+    Ok(given.of("cuts", what, parsed)?.unwrap_or_default())
+}
+
 pub(crate) fn supporting(given: &Given<'_>, words: [&str; 2]) -> PyResult<Supporting> {
     let word = words[given.word("supports", &words)?];
     Ok(if word == "never" { Supporting::Never } else { Supporting::Auto })
@@ -233,6 +241,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
     let usual = SplitOptions::default();
     let no_cut: Vec<[[f64; 3]; 2]> =
         given.of("no_cut", "a list of boxes, each of two corners", |all| all.extract().ok())?.unwrap_or_default();
+    let cuts = cuts(given)?;
     let options = SplitOptions {
         overhang_deg: given.number("overhang_deg")?,
         finish: [Finish::Practised, Finish::Fine][given.word("finish", &["practised", "fine"])?],
@@ -243,6 +252,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
         allow_mm2: given.number("allow_mm2")?.unwrap_or(usual.allow_mm2),
         strict: given.flag("strict")?,
         no_cut,
+        cuts,
         pedestal_mm: given.number("pedestal_mm")?,
         budget: None,
         tries: given.count("budget")?.map_or(usual.tries, |tries| tries as u64),
@@ -297,7 +307,12 @@ pub(crate) fn prepare(
         arrangement,
         plan: PlanOptions { kept_in: folder_of(files.plan_out.as_deref()), ..plan_options(given)? },
         slicing: slicing(given)?,
-        ways: WaysOut { supporting: supporting(given, ["auto", "never"])?, only: only(given)?, ..usual.ways },
+        ways: WaysOut {
+            cuts: cuts(given)?,
+            supporting: supporting(given, ["auto", "never"])?,
+            only: only(given)?,
+            ..usual.ways
+        },
         ..usual
     };
     call.run(move |world| prepared(request, &files, world))

@@ -175,6 +175,12 @@ class Documents(Folder):
         self.assertEqual(done.parts, document["parts"])
         self.assertEqual(ours.read_bytes(), theirs.read_bytes())
         self.assertEqual(done.parts_3mf, theirs.read_bytes())
+        pins = [plane["pin"] for plane in document["planes"]]
+        pinned = trunnion.split(model, "generic-ac", cuts=pins, max_cuts=len(pins))
+        self.assertEqual(pinned.parts_3mf, done.parts_3mf)
+        for wrong in (["1,0,1"], ["1,0,1,x"], [3], "1,0,1,2"):
+            with self.assertRaises(trunnion.InputError):
+                trunnion.split(model, "generic-ac", cuts=wrong)
         options = ["--max-cuts", "1", "--strict", "--no-cut", "-9,-9,-9,9,9,9", "--margin", "1", "--pedestal", "5"]
         code, document, _ = command("split", self.folder / "tee.3mf", "-m", "generic-ac", "-o", theirs, *options)
         keywords = dict(max_cuts=1, strict=True, no_cut=[[(-9, -9, -9), (9, 9, 9)]], margin_mm=1, pedestal_mm=5)

@@ -189,6 +189,7 @@ def split(
     max_cuts: Optional[int] = None,
     allow_mm2: Optional[float] = None,
     strict: bool = False,
+    cuts: Optional[Iterable[str]] = None,
     no_cut: Optional[Iterable[Sequence[Vector]]] = None,
     pedestal_mm: Optional[float] = None,
     budget: Optional[int] = None,
@@ -210,6 +211,8 @@ def split(
         max_cuts: maximum number of cuts.
         allow_mm2: what may still need support in the end.
         strict: cut off everything beyond each plane, so that the head never has to pass the remaining part.
+        cuts: cuts that are made first, in this order: ``X,Y,Z,OFFSET``, then ``@X,Y,Z`` for each part to take, as ``pin`` of
+            a document's ``planes`` has them; the file's frame, mm.
         no_cut: boxes that no cut may cross, each two corners, the file's frame, mm.
         pedestal_mm: height of a part below the model, printed first.
         budget: maximum number of cuts to try; then the search ends with the best so far.
@@ -219,11 +222,12 @@ def split(
         InputError: a model that is not one closed solid, a machine or a setting that cannot be.
     """
     boxes = _list("no_cut", no_cut)
-    if up is not None and boxes:
-        raise InputError("no_cut: boxes are in the file's frame, and up turns the model; give one of them")
+    pinned = _list("cuts", cuts)
+    if up is not None and (boxes or pinned):
+        raise InputError("no_cut and cuts are in the file's frame, and up turns the model; give one of them")
     given = _given(
         output=_path(output), up=up, overhang_deg=overhang_deg, finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2,
-        margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, budget=budget, unit=unit, repair=repair,
+        margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, cuts=pinned, no_cut=boxes, pedestal_mm=pedestal_mm, budget=budget, unit=unit, repair=repair,
         threads=threads,
     )  # fmt: skip
     text, made = _trunnion.split(named_model(model), named_profile(profile), _teller(progress), given)
@@ -369,6 +373,7 @@ def prepare(
     bed: Optional[str] = None,
     way: Literal["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"] = "auto",
     split: Literal["auto", "never"] = "auto",
+    cuts: Optional[Iterable[str]] = None,
     supports: Literal["auto", "never"] = "auto",
     unit: Optional[str] = None,
     repair: Union[bool, str] = True,
@@ -389,6 +394,7 @@ def prepare(
         bed: the slicer's bed, mm: ``250x210``, or from where to where, ``-125..125x-105..105``.
         way: the only way that is wanted; ``auto``: the cheapest that works, by the profile's ``[price]``.
         split: cut solids by planes where there is no plan for them as they are.
+        cuts: cuts that are made first, as `split` takes them; the model is then one solid, printed in parts.
         supports: print solids upright on supports where there is no plan for them as they are, and no cheaper cut.
         options: see :func:`options_of_plans`.
 
@@ -401,7 +407,7 @@ def prepare(
     given = _given(
         output=_path(output), plan_out=_path(plan_out), sheet=_path(sheet), slicer=slicer,
         slicer_config=[_path(one) for one in _list("slicer_config", slicer_config) or []],
-        slicer_timeout_s=slicer_timeout_s, bed=bed, way=way, split=split, supports=supports, unit=unit, repair=repair, threads=threads,
+        slicer_timeout_s=slicer_timeout_s, bed=bed, way=way, split=split, cuts=_list("cuts", cuts), supports=supports, unit=unit, repair=repair, threads=threads,
         **options_of_plans(**options),
     )  # fmt: skip
     text, made = _trunnion.prepare(named_model(model), named_profile(profile), _teller(progress), given)

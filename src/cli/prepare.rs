@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::Prepare as Verb;
 use super::requests::{folder_of, outputs, profile_file, supporting};
-use super::{Console, Failure, plan, preview, send, verify};
+use super::{Console, Failure, plan, preview, send, split, verify};
 use crate::document::{self, text};
 use crate::job::{
     self, Cutting, Error, OutputFile, Outputs, PictureFile, PlanOptions, PlateEvent, PlateFolder, PrepareRequest,
@@ -68,6 +68,7 @@ fn request(args: &Verb, parts_file: &Path, may_write_parts: bool) -> Result<Prep
         slicing: args.slicing.options(&args.bed)?,
         ways: WaysOut {
             cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
+            cuts: args.cut.iter().map(|text| split::plane(text)).collect::<Result<_, _>>()?,
             supporting: supporting(&args.supports, &args.plan)?,
             turning: true,
             only: args.only()?,

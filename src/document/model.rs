@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{ConvexResult, HullOfPiece, SplitResult};
+use crate::job::{ConvexResult, GivenCut, HullOfPiece, SplitResult};
 use crate::mesh::{Interface, Model, Neighbours, Part};
 use crate::split::{CutMade, CutPart, PatchLeft, Unsupported};
 
@@ -65,6 +65,7 @@ pub fn split(done: &SplitResult) -> Value {
         json!({
             "normal": cut.plane.normal.as_slice(), "offset_mm": cut.plane.offset_mm, "part": cut.parts.first(),
             "parts": cut.parts, "seam_mm2": cut.seam_mm2, "gain_mm2": cut.gain_mm2, "reason": cut.reason(),
+            "pin": GivenCut::of(cut).words(),
         })
     };
     let called = done.model.called(0);
@@ -85,6 +86,7 @@ pub fn split(done: &SplitResult) -> Value {
         "left": worth_a_word.map(left).collect::<Vec<_>>(),
         "seam_mm2": split.seam_mm2(), "setups": split.setups(), "pedestal_mm": done.pedestal_mm, "stood": done.stood,
         "printable": split.printable, "reasons": done.why_not().iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "code": done.why_not().map(|why| why.code()), "refused_cut": split.unpinned.map(|(place, _)| place),
         "seconds": done.seconds,
     })
 }

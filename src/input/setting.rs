@@ -104,8 +104,20 @@ pub enum BadSetting {
         parts: usize,
     },
     /// Boxes of the file's frame for a model that is turned.
-    #[error("no-cut: boxes use the file's coordinates and cannot be combined with --up; rotate the model first")]
+    #[error("no-cut and cut use the file's coordinates and cannot be combined with --up; rotate the model first")]
     TurnedBoxes,
+    /// Cuts of the file's frame for a model that is set up.
+    #[error(
+        "cut: uses the file's coordinates, but the model is turned or placed beside others; cut it first with trunnion split, then prepare \
+         its parts"
+    )]
+    ArrangedCut,
+    /// Cuts for a model that is not to be cut.
+    #[error("cut: contradicts {other}; remove one of them")]
+    UnwantedCut {
+        /// The setting.
+        other: &'static str,
+    },
     /// A part that the model cannot stand on.
     #[error(
         "base {part}: {who} has no flat face with everything else above it; use --up X,Y,Z instead",

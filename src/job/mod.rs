@@ -68,10 +68,10 @@ pub use crate::input::{
     load_model, load_plan, load_profile, own_profiles,
 };
 pub use crate::strategy::{
-    self, ArrangedModel, Arrangement, CutModel, CutSolid, Cutting, Finish, HeldModel, HeldPart, Hindrance, Holdings,
-    Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PlateModel, PoseChoice, Refused,
-    SplitOptions, SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed,
-    ordered, plan, sequences, split,
+    self, ArrangedModel, Arrangement, CutModel, CutSolid, Cutting, Finish, GivenCut, HeldModel, HeldPart, Hindrance,
+    Holdings, Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, PlateModel, PoseChoice,
+    Refused, SplitOptions, SplitRequest, SplitResult, StrategyError, SupportForm, Supporting, TriedWay, Uncut, WaysOut,
+    allowed, ordered, plan, sequences, split,
 };
 pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;

@@ -90,6 +90,8 @@ pub struct CutOptions {
     pub strict: bool,
     /// Where no seam may come.
     pub no_cut: Vec<Bounds>,
+    /// Cuts that are made first, in this order, whatever they gain; the search cuts what they leave.
+    pub pinned: Vec<PinnedCut>,
     /// Height of a part below the model that is printed first, mm; 0 for none.
     pub pedestal_mm: f64,
     /// States that are kept from level to level.
@@ -118,6 +120,7 @@ impl Default for CutOptions {
             allow_mm2: 0.0,
             strict: false,
             no_cut: Vec::new(),
+            pinned: Vec::new(),
             pedestal_mm: 0.0,
             beam: 4,
             budget: None,
@@ -125,6 +128,18 @@ impl Default for CutOptions {
             only_facets: false,
         }
     }
+}
+
+/// What is so far above its cap is in a piece, mm; pieces are higher than a hundred times this.
+const WITHIN_MM: f64 = 0.01;
+
+/// A cut that somebody has decided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PinnedCut {
+    /// Where.
+    pub plane: Plane,
+    /// Of the solids beyond the plane those that one of these points lies in go; all of them where there is no point.
+    pub points: Vec<Vec3>,
 }
 
 /// What cuts may cost where another way to print the model is known.
@@ -184,6 +199,8 @@ pub struct CutMade {
     pub plane: Plane,
     /// The parts it took, places in [`Split::parts`].
     pub parts: Vec<usize>,
+    /// A point in each of them, mm: with these the cut can be pinned.
+    pub points: Vec<Vec3>,
     /// Its caps, mm².
     pub seam_mm2: f64,
     /// By how much what is left needs less, mm².
@@ -231,6 +248,8 @@ pub struct Split {
     pub refused: Vec<(Against, usize)>,
     /// How many cuts were tried when the search was stopped; `None` where it came to its end.
     pub stopped: Option<u64>,
+    /// The first pinned cut that cannot be made, a place among them, and what is against it; those before it are made, and no others.
+    pub unpinned: Option<(usize, Against)>,
 }
 
 impl Split {
@@ -372,16 +391,27 @@ impl Splitter {
                 (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
             machine.plans(&Model::from_parts(split.named("solid")), &split.ups(), &supported)
         };
-        let search = BeamSearch { ground, machine, number: number as u64 };
-        let SearchFound { state, printable, unplanned, refused, stopped } = search.run(&planned, watch);
+        let search = BeamSearch { ground, machine, number: number as u64, start: first };
+        let SearchFound { state, printable, unplanned, refused, stopped, unpinned } =
+            search.on_what_is_pinned(&planned, watch);
         Split {
             printable,
             unplanned,
             refused: refused.into_iter().collect(),
             stopped: stopped.then(|| ground.tried()),
+            unpinned,
             ..assembled(&state, before, pedestal.as_ref(), rules)
         }
     }
+}
+
+/// A point of a piece, a hair above the largest facet of its cap.
+fn within(piece: &Surface, plane: &Plane) -> Vec3 {
+    let is_cap = |f: &usize| piece.corners(*f).iter().all(|p| plane.height(p).abs() < 10.0 * clip::ON_PLANE_MM);
+    let area = |f: usize| piece.area_vector(f).norm();
+    let largest = (0..piece.facets.len()).filter(is_cap).max_by(|a, b| area(*a).total_cmp(&area(*b)));
+    let middle = largest.map_or_else(Vec3::zeros, |f| piece.corners(f).iter().sum::<Vec3>() / 3.0);
+    middle + plane.normal * WITHIN_MM
 }
 
 fn assembled(
@@ -427,7 +457,13 @@ fn assembled(
     let mut cuts: Vec<CutMade> = state
         .steps
         .iter()
-        .map(|s| CutMade { plane: s.plane, parts: Vec::new(), seam_mm2: s.seam_mm2, gain_mm2: s.gain_mm2 })
+        .map(|s| CutMade {
+            plane: s.plane,
+            parts: Vec::new(),
+            points: s.pieces.iter().map(|piece| within(piece, &s.plane)).collect(),
+            seam_mm2: s.seam_mm2,
+            gain_mm2: s.gain_mm2,
+        })
         .collect();
     for (k, step) in state.steps.iter().enumerate().rev() {
         cuts[k].parts = step.pieces.iter().map(|piece| add(piece, step.plane.normal, Some(k))).collect();
@@ -450,5 +486,6 @@ fn assembled(
         unplanned: 0,
         refused: Vec::new(),
         stopped: None,
+        unpinned: None,
     }
 }

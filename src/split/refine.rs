@@ -4,7 +4,7 @@
 //! The search tries some dozen offsets a direction, millimetres apart: a neck between two of them is missed. Here a plane is moved
 //! within that distance, the cuts after it are made again, and what comes is held against the same rules, measures and machine. It
 //! takes the place of what was found only where it is better by [`SplitState::key`]. So a result is never worse, and what is
-//! tried is bounded by the number of cuts.
+//! tried is bounded by the number of cuts. Pinned cuts stay as they are.
 //!
 //! Lengths mm, areas mm².
 
@@ -58,8 +58,8 @@ impl BeamSearch<'_> {
     /// The best near `found` of what `holds`.
     fn nearby(&self, found: &Arc<SplitState>, holds: &dyn Fn(&SplitState) -> bool) -> Arc<SplitState> {
         let mut best = self.merged(found, holds);
-        let mut before = self.ground.first_state();
-        for k in 0..best.steps.len() {
+        let mut before = self.start.clone();
+        for k in before.steps.len()..best.steps.len() {
             for promise in self.moves(&before, &best.steps[k].clone()) {
                 let made = self.child(&before, &promise).ok();
                 let other = made.and_then(|made| self.repeated(made, &best.steps[k + 1..]));
@@ -82,7 +82,7 @@ impl BeamSearch<'_> {
         let mut left = PAIRS;
         'again: loop {
             let steps = best.steps.clone();
-            for i in 0..steps.len() {
+            for i in self.start.steps.len()..steps.len() {
                 let parallel = |j: &usize| (steps[i].plane.normal - steps[*j].plane.normal).norm() < 1e-9;
                 for j in (i + 1..steps.len()).filter(parallel) {
                     if left == 0 {
@@ -104,7 +104,7 @@ impl BeamSearch<'_> {
 
     /// All `steps`, with cut `j` made together with `i` along `plane`.
     fn as_one(&self, steps: &[Arc<CutStep>], [i, j]: [usize; 2], plane: Plane) -> Option<Arc<SplitState>> {
-        let before = self.repeated(self.ground.first_state(), &steps[..i])?;
+        let before = self.repeated(self.start.clone(), &steps[self.start.steps.len()..i])?;
         let all = steps[i].all && steps[j].all;
         let points: Vec<Vec3> = steps[i].tops.iter().chain(&steps[j].tops).copied().collect();
         let tops: Vec<u32> = points.iter().filter_map(|p| vertex(&before, p)).collect();

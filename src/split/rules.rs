@@ -40,6 +40,8 @@ pub enum Against {
     Gain,
     /// With it the cuts would cost more than they may: another way to print the model is nearly as cheap.
     Budget,
+    /// Nothing lies beyond the plane, or nothing where a point says.
+    Nothing,
 }
 
 /// A cut that may be made.

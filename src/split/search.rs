@@ -17,9 +17,9 @@ use super::measure::{MeasureRules, Measured};
 use super::promise::{Known, Promise, STAYS_MM2, choices};
 use super::rules::{Against, CutParts, THICK_MM, kept};
 use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, StatePromise, whole};
-use super::surface::{Plane, Surface};
+use super::surface::{OWN, Plane, Surface};
 use super::sweep::{Sweep, footing, seam_mm2};
-use super::{CutOptions, CutWatch};
+use super::{CutOptions, CutWatch, PinnedCut};
 use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -54,6 +54,15 @@ pub(super) struct SearchFound {
     pub(super) refused: Refused,
     /// Whether it ended before its end.
     pub(super) stopped: bool,
+    /// The first pinned cut that cannot be made, and what is against it.
+    pub(super) unpinned: Option<(usize, Against)>,
+}
+
+impl SearchFound {
+    /// Nothing but the state so far.
+    fn only(state: Arc<SplitState>, refused: Refused) -> Self {
+        Self { state, printable: false, unplanned: 0, refused, stopped: false, unpinned: None }
+    }
 }
 
 /// What the searches over one model share: whatever the machine, states and promises are the same.
@@ -104,9 +113,63 @@ pub(super) struct BeamSearch<'a> {
     pub(super) machine: &'a dyn CutMachine,
     /// Of all machines over the same ground no other has it.
     pub(super) number: u64,
+    /// Where it begins: the model as it is, or what the pinned cuts leave.
+    pub(super) start: Arc<SplitState>,
 }
 
 impl BeamSearch<'_> {
+    /// As [`Self::run`], from what the pinned cuts leave; where one of those cannot be made that is all there is to say.
+    pub(super) fn on_what_is_pinned(
+        mut self,
+        finished: &dyn Fn(&SplitState) -> bool,
+        watch: &mut CutWatch<'_>,
+    ) -> SearchFound {
+        for (place, pin) in self.ground.options.pinned.iter().enumerate() {
+            match self.pinned(pin) {
+                Ok(state) => self.start = Arc::new(state),
+                Err(against) => {
+                    let unpinned = Some((place, against));
+                    return SearchFound { unpinned, ..SearchFound::only(self.start, Refused::new()) };
+                }
+            }
+        }
+        self.run(finished, watch)
+    }
+
+    /// What is left after a cut that somebody has decided.
+    fn pinned(&self, pin: &PinnedCut) -> Result<SplitState, Against> {
+        let (state, normal) = (&self.start, &pin.plane.normal);
+        if !self.machine.reaches(normal) {
+            return Err(Against::Head);
+        }
+        let promise = self.promised(pin)?;
+        self.reached(state, &promise)?;
+        let parts = self.parts(state, &promise)?;
+        self.asked(&parts.pieces, &parts.rest.surface, &promise)?;
+        self.after(state, &promise, parts, false)
+    }
+
+    /// A pinned cut, as the search would propose it.
+    fn promised(&self, pin: &PinnedCut) -> Result<StatePromise, Against> {
+        let (whole, plane) = (&self.start.rest.surface, &pin.plane);
+        let beyond = cut(whole, plane, &Taken::All, OWN + 1).map_err(|_| Against::Crossing)?.pieces;
+        let holds = |piece: &Surface, point: &Vec3| piece.winding(point) > 0.5;
+        let is_taken = |piece: &&Surface| pin.points.is_empty() || pin.points.iter().any(|p| holds(piece, p));
+        let nowhere = |point: &Vec3| !beyond.iter().any(|piece| holds(piece, point));
+        let chosen: Vec<&Surface> = beyond.iter().filter(is_taken).collect();
+        if chosen.is_empty() || pin.points.iter().any(nowhere) {
+            return Err(Against::Nothing);
+        }
+        let highest = |piece: &&Surface| {
+            piece.vertices.iter().max_by(|a, b| plane.height(a).total_cmp(&plane.height(b))).copied()
+        };
+        let number = |top: Vec3| whole.vertices.iter().position(|v| *v == top).map(|v| v as u32);
+        let tops: Vec<u32> = chosen.iter().filter_map(highest).filter_map(number).collect();
+        let taken = if chosen.len() == beyond.len() { Taken::All } else { Taken::With(tops.clone()) };
+        let odd = self.ground.exact_directions().iter().all(|known| (known - plane.normal).norm() > 1e-9);
+        Ok(Promise::new(*plane, taken, tops, 0.0, 0, 0, odd))
+    }
+
     /// The best way to cut that is found, refined. `finished` says whether a state that needs nothing really is good; `watch` is told
     /// again and again how many cuts deep the search is, and says whether it goes on.
     pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut CutWatch<'_>) -> SearchFound {
@@ -117,12 +180,12 @@ impl BeamSearch<'_> {
     /// Plain directions come first: what they do with as few cuts has its faces along the layers and smaller seams, though a
     /// slanting cut would take more at once.
     fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut CutWatch<'_>) -> SearchFound {
-        let most = self.ground.options.max_cuts;
-        let few = most.min(PLAIN_CUTS);
+        let (most, least) = (self.ground.options.max_cuts, self.start.steps.len());
+        let few = most.min(least + PLAIN_CUTS);
         let usual = self.ground.options.beam;
         let plain = self.descend(self.ground.directions.plain, few, usual, finished, watch);
         let fewer = if plain.printable { plain.state.steps.len().saturating_sub(1) } else { most };
-        if fewer == 0 || plain.stopped {
+        if fewer <= least || plain.stopped {
             return plain;
         }
         let every = self.ground.directions.all.len();
@@ -146,16 +209,17 @@ impl BeamSearch<'_> {
         watch: &mut CutWatch<'_>,
     ) -> SearchFound {
         let allow = self.ground.options.allow_mm2;
-        let mut best = self.ground.first.clone();
+        let mut best = self.start.clone();
         let mut beam = vec![best.clone()];
         let (mut idle, mut unplanned, mut refused) = (0, 0, Refused::new());
         let mut stopped = false;
-        for cuts in 0..=most {
+        for cuts in best.steps.len()..=most {
             let mut done: Vec<&Arc<SplitState>> = beam.iter().filter(|s| s.is_done(allow)).collect();
             done.sort_by_key(|s| s.key());
             for good in done {
                 if finished(good) {
-                    return SearchFound { state: good.clone(), printable: true, unplanned, refused, stopped };
+                    let found = SearchFound::only(good.clone(), refused);
+                    return SearchFound { printable: true, unplanned, stopped, ..found };
                 }
                 unplanned += 1;
             }
@@ -163,7 +227,8 @@ impl BeamSearch<'_> {
             let mut bridged: Vec<&Arc<SplitState>> = beam.iter().filter(|s| !s.is_done(allow)).collect();
             bridged.sort_by_key(|s| s.key());
             if let Some(good) = bridged.into_iter().find(|s| s.passes(&self.ground.rules) && finished(s)) {
-                return SearchFound { state: good.clone(), printable: true, unplanned, refused, stopped };
+                let found = SearchFound::only(good.clone(), refused);
+                return SearchFound { printable: true, unplanned, stopped, ..found };
             }
             if let Some(better) = beam.iter().filter(|s| s.key() < best.key()).min_by_key(|s| s.key()) {
                 best = better.clone();
@@ -183,7 +248,7 @@ impl BeamSearch<'_> {
             }
             beam = next;
         }
-        SearchFound { state: best, printable: false, unplanned, refused, stopped }
+        SearchFound { unplanned, stopped, ..SearchFound::only(best, refused) }
     }
 
     /// The next beam, or what there is of it when `goes_on` has said no.
@@ -347,7 +412,7 @@ impl BeamSearch<'_> {
                 self.reached(state, promise).map_err(answer)?;
                 let parts = self.parts(state, promise).inspect_err(|against| promise.refuse(*against))?;
                 self.asked(&parts.pieces, &parts.rest.surface, promise).map_err(answer)?;
-                Arc::new(self.after(state, promise, parts).map_err(answer)?)
+                Arc::new(self.after(state, promise, parts, true).map_err(answer)?)
             }
         };
         promise.answer(self.number, None);
@@ -388,8 +453,14 @@ impl BeamSearch<'_> {
         Ok(parts)
     }
 
-    /// The state after a cut that the machine prints.
-    fn after(&self, state: &SplitState, promise: &StatePromise, parts: CutParts) -> Result<SplitState, Against> {
+    /// The state after a cut that the machine prints; one that `must_gain` is worth what it costs.
+    fn after(
+        &self,
+        state: &SplitState,
+        promise: &StatePromise,
+        parts: CutParts,
+        must_gain: bool,
+    ) -> Result<SplitState, Against> {
         let SearchGround { rules, directions, .. } = self.ground;
         let CutParts { rest, pieces, needs, seam_mm2, crumbs_mm3, .. } = parts;
         let (plane, odd, all) = (promise.plane, promise.odd, promise.taken == Taken::All);
@@ -402,6 +473,9 @@ impl BeamSearch<'_> {
         // The cap may have made a new lowest place of what is left.
         if rules.faults && child.left().area_mm2 <= NOTHING_MM2 && child.rest.has_false_bottom(&Vec3::z(), None) {
             return Err(Against::Thin);
+        }
+        if !must_gain {
+            return Ok(child);
         }
         if !self.affords(child.setups(), child.seam_mm2()) {
             return Err(Against::Budget);

@@ -3,6 +3,7 @@
 use super::cutting::Cutting;
 use super::plan::Supporting;
 use super::price::Way;
+use super::split::GivenCut;
 use super::supported::Holdings;
 use super::ways::TriedWay;
 
@@ -11,6 +12,8 @@ use super::ways::TriedWay;
 pub struct WaysOut {
     /// Whether its solids may be cut.
     pub cutting: Cutting,
+    /// Cuts that are made first, whatever they gain: with any, one solid is cut and printed no other way. Its file's frame.
+    pub cuts: Vec<GivenCut>,
     /// Whether they may stand on supports.
     pub supporting: Supporting,
     /// Whether it may stand otherwise than it was drawn, where nobody said how.
@@ -27,6 +30,7 @@ impl WaysOut {
     /// As it was drawn, or not at all.
     pub const NONE: Self = Self {
         cutting: Cutting::Never,
+        cuts: Vec::new(),
         supporting: Supporting::Never,
         turning: false,
         only: None,

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::plan::{Along, PlanOptions, PlanResult, planned_along};
 use super::refused::Refused;
-use super::solids::{CutSolid, Known, Pieces, in_parts};
+use super::solids::{CutSolid, CutsOf, Known, Pieces, in_parts};
 use crate::input::{LoadedModel, LoadedProfile};
 use crate::spelling::counted;
-use crate::split::{CutBudget, Split};
+use crate::split::Split;
 use crate::world::World;
 
 /// Whether solids may be cut where there is no plan for them as they are.
@@ -68,21 +68,20 @@ pub(super) fn in_pieces(
     model: &LoadedModel,
     machine: &LoadedProfile,
     options: &PlanOptions,
-    file: &str,
-    budget: Option<CutBudget>,
+    how: CutsOf<'_>,
     known: &mut Known,
     world: &World<'_>,
 ) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), Refused> {
     if model.model.parts.len() == 1 {
-        let (plan, split, bytes) = in_parts(model.clone(), machine, options, file, budget, world)?;
+        let (plan, split, bytes) = in_parts(model.clone(), machine, options, how, world)?;
         if split.split.cuts.is_empty() {
             return Err(Refused::Whole);
         }
         return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
-    let pieces = Pieces::of(model, machine, options, budget, known, world)?;
+    let pieces = Pieces::of(model, machine, options, how.budget, known, world)?;
     let bytes = pieces.threemf();
-    let parts = LoadedModel::made(file.to_owned(), &bytes)?;
+    let parts = LoadedModel::made(how.file.to_owned(), &bytes)?;
     let plain =
         PlanOptions { remedies: false, allow: pieces.allow, budget: options.budget.min(STEPS), ..options.clone() };
     let plan = planned_along(Along::These(&pieces.ups), parts, machine.clone(), &plain, world);

@@ -69,7 +69,7 @@ pub use plates::{PlateModel, PlateQueue};
 pub use price::{Terms, WISH, Way, Weights};
 pub use refused::Refused;
 pub use solids::CutSolid;
-pub use split::{SplitOptions, SplitRequest, SplitResult, split};
+pub use split::{GivenCut, SplitOptions, SplitRequest, SplitResult, split};
 pub use supported::{HeldModel, HeldPart, Holdings};
 pub use tries::plan;
 pub(crate) use tries::{PlannedSomehow, planned_somehow};

@@ -15,7 +15,7 @@ use crate::spelling::counted;
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Refused {
     /// A way that was not requested.
-    #[error("another way was requested (--way)")]
+    #[error("another way was requested (--way or --cut)")]
     Unasked,
     /// Planning says no.
     #[error("{0}")]

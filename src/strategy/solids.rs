@@ -4,7 +4,7 @@
 use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, PlanResult, planned, planned_along};
 use super::refused::Refused;
-use super::split::{SplitOptions, SplitResult, cut_up};
+use super::split::{GivenCut, SplitOptions, SplitResult, cut_up};
 use crate::geom::{Object, Rigid, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile, spanning};
 use crate::mesh::{Model, TriangleMesh, threemf};
@@ -130,7 +130,7 @@ impl Known {
     ) {
         let shape = &mut self.0[index];
         if matches!(shape.whole, Ok(None)) && shape.cut.is_none() {
-            let cut = in_parts(solid, machine, options, "", budget, world);
+            let cut = in_parts(solid, machine, options, CutsOf { file: "", cuts: &[], budget }, world);
             shape.cut = Some(cut.map(|(plan, split, _)| (directions(&plan.plan), split)));
         }
     }
@@ -252,16 +252,27 @@ impl Pieces {
     }
 }
 
+/// How one solid is cut.
+#[derive(Clone, Copy)]
+pub(super) struct CutsOf<'a> {
+    /// What the plan calls the parts' file.
+    pub(super) file: &'a str,
+    /// Cuts that are made first.
+    pub(super) cuts: &'a [GivenCut],
+    /// What the cuts may cost.
+    pub(super) budget: Option<CutBudget>,
+}
+
 /// One solid in parts: the plan of them, the cuts and the parts' file; else why not.
 pub(super) fn in_parts(
     solid: LoadedModel,
     machine: &LoadedProfile,
     options: &PlanOptions,
-    file: &str,
-    budget: Option<CutBudget>,
+    CutsOf { file, cuts, budget }: CutsOf<'_>,
     world: &World<'_>,
 ) -> Result<(PlanResult, SplitResult, Vec<u8>), Refused> {
-    let cuts = SplitOptions {
+    let usual = SplitOptions::default();
+    let how = SplitOptions {
         overhang_deg: options.overhang_deg,
         finish: options.finish,
         bridge_mm: options.bridge_mm,
@@ -269,10 +280,12 @@ pub(super) fn in_parts(
         margin_mm: options.margin_mm,
         budget,
         tries: options.budget,
-        ..SplitOptions::default()
+        cuts: cuts.to_vec(),
+        max_cuts: usual.max_cuts.max(cuts.len()),
+        ..usual
     };
     let spanned = spanning(machine.clone(), options.bridge_mm).map_err(StrategyError::from)?;
-    let split = cut_up(solid, &spanned, &cuts, world)?;
+    let split = cut_up(solid, &spanned, &how, world)?;
     if let Some(why) = split.why_not() {
         return Err(Refused::Uncut(why));
     }

@@ -14,8 +14,8 @@ use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::pictures;
 use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
-use crate::spelling::counted;
-use crate::split::{Against, CutBudget, CutOptions, Split, Splitter};
+use crate::spelling::{counted, numbers};
+use crate::split::{Against, CutBudget, CutMade, CutOptions, PinnedCut, Plane, Split, Splitter};
 use crate::view::Drawing;
 use crate::world::World;
 
@@ -53,6 +53,8 @@ pub struct SplitOptions {
     pub strict: bool,
     /// Where no seam may come: corners of boxes, the file's frame, mm.
     pub no_cut: Vec<[[f64; 3]; 2]>,
+    /// Cuts that are made first, in this order, whatever they gain.
+    pub cuts: Vec<GivenCut>,
     /// Height of a part below the model; `None`: none, and some heights where nothing else helps.
     pub pedestal_mm: Option<f64>,
     /// What the cuts may cost; `None`: whatever it takes.
@@ -73,12 +75,62 @@ impl Default for SplitOptions {
             allow_mm2: 0.0,
             strict: false,
             no_cut: Vec::new(),
+            cuts: Vec::new(),
             pedestal_mm: None,
             budget: None,
             tries: PlanOptions::default().budget,
         }
     }
 }
+
+/// A cut that somebody has decided: what lies beyond a plane is printed along its normal. The file's frame, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GivenCut {
+    /// The plane's normal, of any length but none.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the origin along the normal.
+    pub offset_mm: f64,
+    /// Of the solids beyond the plane those that one of these points lies in go; all of them where there is no point.
+    pub points: Vec<[f64; 3]>,
+}
+
+impl GivenCut {
+    fn pinned(&self) -> PinnedCut {
+        let normal = Vec3::from(self.normal);
+        // As it was written, where it is a unit already.
+        let normal = if (normal.norm() - 1.0).abs() < UNIT { normal } else { normal.normalize() };
+        let plane = Plane { normal, offset_mm: self.offset_mm };
+        PinnedCut { plane, points: self.points.iter().copied().map(Vec3::from).collect() }
+    }
+
+    /// The one that makes this cut again.
+    pub fn of(cut: &CutMade) -> Self {
+        let plane = &cut.plane;
+        let points = cut.points.iter().map(|point| (*point).into()).collect();
+        Self { normal: plane.normal.into(), offset_mm: plane.offset_mm, points }
+    }
+
+    /// As [`GivenCut::parsed`] reads it, to the last bit.
+    pub fn words(&self) -> String {
+        let [x, y, z] = self.normal;
+        let point = |[x, y, z]: &[f64; 3]| format!("@{x},{y},{z}");
+        format!("{x},{y},{z},{}{}", self.offset_mm, self.points.iter().map(point).collect::<String>())
+    }
+
+    /// Normal and distance, and points behind an @ each: `X,Y,Z,OFFSET[@X,Y,Z]..`.
+    pub fn parsed(text: &str) -> Option<Self> {
+        let mut words = text.split('@');
+        let [x, y, z, offset_mm] = numbers(words.next()?)?;
+        let points = words.map(numbers).collect::<Option<Vec<[f64; 3]>>>()?;
+        let normal = [x, y, z];
+        (Vec3::from(normal).norm() > LEAST_NORMAL).then_some(Self { normal, offset_mm, points })
+    }
+}
+
+/// What is as long as a unit to within this is one.
+const UNIT: f64 = 1e-12;
+/// A normal is no shorter than this.
+const LEAST_NORMAL: f64 = 1e-6;
 
 /// Pedestals that are tried where the head meets the table, mm.
 const PEDESTALS_MM: [f64; 3] = [10.0, 20.0, 40.0];
@@ -151,6 +203,9 @@ impl SplitResult {
         if *printable {
             return None;
         }
+        if let Some((place, against)) = self.split.unpinned {
+            return Some(Uncut::Pinned { number: place + 1, against });
+        }
         if let Some(tried) = self.split.stopped {
             return Some(Uncut::Stopped { tried });
         }
@@ -182,7 +237,7 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, S
     if request.standing == PoseChoice::AsDrawn {
         return cut_up(load_aloud(&request.model, world)?, &machine, options, world);
     }
-    if !options.no_cut.is_empty() {
+    if !options.no_cut.is_empty() || !options.cuts.is_empty() {
         return Err(BadSetting::TurnedBoxes.into());
     }
     let how = Arrangement { standing: request.standing, snap_mm: 0.0, ..Arrangement::default() };
@@ -223,6 +278,7 @@ pub(super) fn cut_up(
         budget: options.budget,
         tries: options.tries,
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
+        pinned: options.cuts.iter().map(GivenCut::pinned).collect(),
         ..CutOptions::default()
     };
     let mut head = OnePrint::new(&machine.profile, placement, overhang, options.margin_mm);
@@ -239,7 +295,9 @@ pub(super) fn cut_up(
     };
     let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);
     let mut split = attempt(pedestal_mm);
-    let low = split.unplanned > 0 || split.refused.iter().any(|(against, _)| *against == Against::Head);
+    let head =
+        split.refused.iter().map(|(against, _)| against).chain(split.unpinned.iter().map(|(_, against)| against));
+    let low = split.unplanned > 0 || head.into_iter().any(|against| *against == Against::Head);
     let seek = !split.printable && split.stopped.is_none() && options.pedestal_mm.is_none() && low;
     if let Some((mm, better)) = seek.then(|| on_a_pedestal(&split, attempt)).flatten() {
         (pedestal_mm, split) = (mm, better);
@@ -253,23 +311,25 @@ pub(super) fn cut_up(
     Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg, seconds, model })
 }
 
-/// The lowest pedestal on which nothing needs support. The tallest gives the head the most room and is asked first: where it leaves
+/// The lowest pedestal on which nothing needs support, or on which more of the pinned cuts can be made. The tallest gives the head the most room and is asked first: where it leaves
 /// something, and no more than is left on none, a lower one would as well; where it leaves more, it does not fit below the frame.
 fn on_a_pedestal(on_none: &Split, mut attempt: impl FnMut(f64) -> Split) -> Option<(f64, Split)> {
     let [lower @ .., tallest] = PEDESTALS_MM;
+    let made = |split: &Split| split.unpinned.map_or(usize::MAX, |(place, _)| place);
+    let helps = |split: &Split| split.printable || made(split) > made(on_none);
     let on_tallest = attempt(tallest);
-    if !on_tallest.printable && on_tallest.after.area_mm2 <= on_none.after.area_mm2 {
+    if !helps(&on_tallest) && on_tallest.after.area_mm2 <= on_none.after.area_mm2 {
         return None;
     }
-    let lower = lower.into_iter().map(|mm| (mm, attempt(mm))).find(|(_, split)| split.printable);
-    lower.or_else(|| on_tallest.printable.then_some((tallest, on_tallest)))
+    let lower = lower.into_iter().map(|mm| (mm, attempt(mm))).find(|(_, split)| helps(split));
+    lower.or_else(|| helps(&on_tallest).then_some((tallest, on_tallest)))
 }
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {
     BadSetting::within("overhang", options.overhang_deg.unwrap_or(CAREFUL_DEG), " deg", [1.0, 89.0])?;
     BadSetting::within("tolerate", options.tolerate_mm2, " mm2", [0.0, 1e6])?;
     BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
-    BadSetting::within("max-cuts", options.max_cuts as f64, "", [0.0, 100.0])?;
+    BadSetting::within("max-cuts", options.max_cuts as f64, "", [options.cuts.len() as f64, 100.0])?;
     BadSetting::within("allow", options.allow_mm2, " mm2", [0.0, 1e6])?;
     BadSetting::within("pedestal", options.pedestal_mm.unwrap_or(0.0), " mm", [0.0, 200.0])
 }

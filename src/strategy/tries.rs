@@ -11,12 +11,12 @@ use super::plan::{Along, PlanOptions, PlanRequest, PlanResult, Supporting, plann
 use super::price::{Terms, WISH, Way, Weights};
 use super::refused::Refused;
 use super::remedies::{not_what_failed, other_machine, turned_over, with_room};
-use super::solids::{Known, groups};
+use super::solids::{CutsOf, Known, groups};
 use super::supported::{HeldModel, on_supports};
 use super::turning::{Poses, may_turn, turned};
 use super::ways::{NoWay, TriedWay};
 use crate::geom::Vec3;
-use crate::input::load_profile;
+use crate::input::{BadSetting, load_profile};
 use crate::orient::Priced;
 use crate::planning::{Remedy, centred};
 use crate::spelling::counted;
@@ -72,6 +72,20 @@ impl PlannedSomehow {
     }
 }
 
+/// What is against cuts that somebody has decided, whatever they are.
+fn against_cuts(set: &SetUp, ways: &WaysOut) -> Result<(), StrategyError> {
+    let unwanted = |other| Err(BadSetting::UnwantedCut { other }.into());
+    match (ways.only, &ways.cutting) {
+        (Some(way), _) if way != Way::Cut => unwanted("way"),
+        (_, Cutting::Never) => unwanted("split"),
+        _ if set.arranged.is_some() => Err(BadSetting::ArrangedCut.into()),
+        _ if set.model.model.parts.len() != 1 => {
+            Err(StrategyError::NotOneSolid { file: set.model.file.clone(), parts: set.model.model.parts.len() })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Plans models by the cheapest way that `ways` allow: as they are, turned, on supports, or with their solids cut. Several that
 /// have no plan so near to each other are given more room, where nobody said how much.
 ///
@@ -92,9 +106,11 @@ pub(crate) fn planned_somehow(
     // One solid has parts whose order can be demanded only where it is cut.
     let cut = set.model.model.parts.len() == 1 && !options.order.is_empty() && ways.only.is_none();
     let only = Some(Way::Cut).filter(|_| cut && ways.allow(Way::Cut));
+    let given = Some(Way::Cut).filter(|_| !ways.cuts.is_empty());
+    given.map_or(Ok(()), |_| against_cuts(&set, ways))?;
     // And on supports all of them are one print.
     let supporting = if options.order.is_empty() { ways.supporting } else { Supporting::Never };
-    let ways = &WaysOut { only: ways.only.or(only), supporting, ..ways.clone() };
+    let ways = &WaysOut { only: ways.only.or(given).or(only), supporting, ..ways.clone() };
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0]));
     let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };
@@ -442,7 +458,7 @@ impl Tries<'_> {
             self.tried.push(TriedWay::dearer(Way::Cut, least));
             return;
         }
-        let budget = self.budget_of_cuts();
+        let how = CutsOf { file, cuts: &self.ways.cuts, budget: self.budget_of_cuts() };
         let cheapest = self.found.iter().min_by(|a, b| a.rank.total_cmp(&b.rank));
         let named =
             |found: &Found| Some(format!("{} (price {:.0} min)", found.tried.way.word(), found.tried.price_min?));
@@ -451,8 +467,7 @@ impl Tries<'_> {
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;
         let cut = self.first_of(|set| {
-            let (mut plan, solids, bytes) =
-                in_pieces(&set.model, machine, self.options, file, budget, &mut known, self.world)?;
+            let (mut plan, solids, bytes) = in_pieces(&set.model, machine, self.options, how, &mut known, self.world)?;
             let cut = CutModel { solids, bytes, file: file.clone(), why: why.clone() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))

@@ -8,6 +8,13 @@ use crate::split::{Against, PatchLeft, Unsupported};
 /// Why cutting a solid does not help.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Uncut {
+    /// A cut that was asked for cannot be made.
+    Pinned {
+        /// Which of them, from 1.
+        number: usize,
+        /// What is against it.
+        against: Against,
+    },
     /// The search was ended.
     Stopped {
         /// Cuts that had been tried.
@@ -39,6 +46,7 @@ impl Uncut {
     /// What stands for it in documents, for good.
     pub fn code(&self) -> &'static str {
         match self {
+            Self::Pinned { .. } => "split/refused-cut",
             Self::Stopped { .. } => "split/stopped",
             Self::Unplanned { .. } => "split/no-plan",
             Self::Left { .. } => "split/still-hangs",
@@ -53,6 +61,9 @@ impl Display for Uncut {
             cuts => format!("after {}", counted(cuts, "cut")),
         };
         match self {
+            Self::Pinned { number, against } => {
+                write!(f, "cut {number} cannot be made: it {}; move or turn its plane", because(*against))
+            }
             Self::Stopped { tried } => write!(
                 f,
                 "stopped after {} tried, before it could be printed in parts; let it continue, or raise --budget",
@@ -96,5 +107,8 @@ fn because(against: Against) -> &'static str {
         Against::Head => "would make the head hit the remaining part or the table, or exceed an axis limit",
         Against::Gain => "would gain nothing",
         Against::Budget => "would save too little over another way to print it",
+        Against::Nothing => {
+            "takes nothing: nothing that is left lies there beyond the plane, and what an earlier cut took is not cut again"
+        }
     }
 }

@@ -85,6 +85,12 @@ pub(super) fn answer(
             state["refused"] = refused.unwrap_or(Value::Null);
             return Ok(document(&state));
         }
+        WebAsked::Cuts(cuts) => {
+            let refused = cut(&cuts, revision, shared)?;
+            let mut state = shared.state().document();
+            state["refused"] = refused.unwrap_or(Value::Null);
+            return Ok(document(&state));
+        }
         WebAsked::Save => save(revision, shared)?,
         WebAsked::Upload(name) => {
             let name = folder::take(&shared.folder, &name, head.length, body)?;
@@ -152,6 +158,34 @@ fn reorder(order: &str, revision: &str, shared: &Shared) -> Result<Option<Value>
     make(&ProjectChange::Order(order.to_owned(), way.clone()), revision, shared)?;
     shared.with(|state| {
         state.project.take_order(&way, &document);
+        state.version += 1;
+    });
+    Ok(None)
+}
+
+/// Makes these cuts first, if the machine can make them; else what the command says of the first that it cannot.
+fn cut(cuts: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, WorkbenchError> {
+    let change = ProjectChange::Cuts(cuts.to_owned());
+    if cuts == "auto" {
+        return make(&change, revision, shared).map(|()| None);
+    }
+    let (words, basis) = {
+        let state = shared.state();
+        state.seen(revision)?;
+        (state.project.target(&change, &state.names)?.split()?, state.project.basis())
+    };
+    let (_, out, _) = runs::ask(&shared.folder, &words).map_err(|source| WorkbenchError::NotStarted { source })?;
+    let document: Value = serde_json::from_str(&out).map_err(|_| WorkbenchError::Crashed)?;
+    if !document["planes"].is_array() || document["refused_cut"].is_u64() {
+        let said = document["reasons"].get(0).or(document.get("error"));
+        return Ok(Some(json!({"error": said, "code": document["code"], "cut": document["refused_cut"]})));
+    }
+    make(&change, revision, shared)?;
+    shared.with(|state| {
+        // The file may have become another one meanwhile.
+        if state.project.basis() == basis {
+            state.project.take_cut(document);
+        }
         state.version += 1;
     });
     Ok(None)

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::WorkbenchError;
 use super::doors::{is_below, plain_of};
-use crate::job::ordered;
+use crate::job::{GivenCut, ordered};
 use crate::profile::shipped;
 
 /// As many plates as a slicer's project has at most.
@@ -13,6 +13,8 @@ pub(super) const MOST_PLATE: u8 = 36;
 const MOST_COPIES: u32 = 999;
 /// The longest order, bytes: some hundred parts.
 const MOST_ORDER: usize = 4000;
+/// The longest list of cuts, bytes, and how many there are at most.
+const MOST_CUTS: (usize, usize) = (8000, 40);
 /// Ways to print that can be chosen.
 pub(super) const WAYS: [&str; 6] = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"];
 /// Units of models that can be chosen.
@@ -23,8 +25,8 @@ pub(super) const FINISHES: [&str; 2] = ["auto", "fine"];
 /// Slicers that can be chosen.
 pub(super) const SLICERS: [&str; 6] = ["auto", "builtin", "prusa-slicer", "slic3r", "cura", "orca"];
 /// Names of the choices that are set by a word.
-pub(super) const CHOICES: [&str; 11] =
-    ["machine", "way", "unit", "plate", "up", "finish", "slicer", "order", "port", "server", "key_file"];
+pub(super) const CHOICES: [&str; 12] =
+    ["machine", "way", "unit", "plate", "up", "cuts", "finish", "slicer", "order", "port", "server", "key_file"];
 
 /// Endings of the files that preparing makes.
 pub(super) const ENDINGS: [&str; 3] = ["gcode", "plan.json", "html"];
@@ -81,6 +83,8 @@ pub(super) struct Choices {
     pub(super) way: String,
     /// Direction of the model that points up, as three numbers; `auto` as drawn, `recommended` as `trunnion orient` says.
     pub(super) up: String,
+    /// Cuts that are made first, as `--cut` has them, with a `;` between, or `auto`. Where another way than `cut` is chosen they wait.
+    pub(super) cuts: String,
     /// Quality of overhangs, or `auto`.
     pub(super) finish: String,
     /// The slicer, or `auto`.
@@ -99,8 +103,8 @@ impl Choices {
     /// Those of a project with nothing in it.
     pub(super) fn new(machine: Option<String>) -> Self {
         let auto = || "auto".to_owned();
-        let (unit, plate, way, up, finish, slicer, order) = (auto(), auto(), auto(), auto(), auto(), auto(), auto());
-        Self { machine, unit, plate, way, up, finish, slicer, order, ..Self::default() }
+        let [unit, plate, way, up, cuts, finish, slicer, order] = [(); 8].map(|()| auto());
+        Self { machine, unit, plate, way, up, cuts, finish, slicer, order, ..Self::default() }
     }
 
     /// Makes a choice by its name; `machines` are the profiles that there are.
@@ -119,6 +123,7 @@ impl Choices {
             "unit" => (&mut self.unit, "unit", UNITS.contains(&value)),
             "plate" => (&mut self.plate, "plate", plate()),
             "up" => (&mut self.up, "up", UPS.contains(&value) || is_direction(value)),
+            "cuts" => (&mut self.cuts, "cuts", value == "auto" || are_cuts(value)),
             "finish" => (&mut self.finish, "finish", FINISHES.contains(&value)),
             "slicer" => (&mut self.slicer, "slicer", SLICERS.contains(&value)),
             "order" => {
@@ -158,7 +163,8 @@ impl Choices {
         }
     }
 
-    /// An order is one of the parts that there were: where these may be others than in `before`, it is left to the plan.
+    /// An order is one of the parts that there were, and cuts are of the solid that there was: where these may be others than in `before`, both are
+    /// left to the plan.
     pub(super) fn order_after(&mut self, before: &Self) {
         let parts = |choices: &Self| Self {
             order: String::new(),
@@ -168,6 +174,13 @@ impl Choices {
             key_file: String::new(),
             ..choices.clone()
         };
+        let solid = |choices: &Self| {
+            let models: Vec<String> = choices.models.iter().map(|model| model.path.clone()).collect();
+            (models, choices.unit.clone(), choices.plate.clone())
+        };
+        if self.cuts == before.cuts && solid(self) != solid(before) {
+            "auto".clone_into(&mut self.cuts);
+        }
         if self.order == before.order && parts(self) != parts(before) {
             "auto".clone_into(&mut self.order);
         }
@@ -188,6 +201,12 @@ impl Choices {
         while let Some(word) = words.next() {
             if !word.starts_with('-') {
                 choices.add_word(word)?;
+                continue;
+            }
+            if word == "--cut" {
+                let cut = words.next().ok_or_else(|| word.clone())?;
+                let cuts = if choices.cuts == "auto" { cut.clone() } else { format!("{};{cut}", choices.cuts) };
+                choices.set("cuts", &cuts, &[]).map_err(|_| format!("{word} {cut}"))?;
                 continue;
             }
             let name = FLAGS.iter().find(|(flag, _)| flag == word).map(|(_, name)| *name);
@@ -290,6 +309,36 @@ impl Choices {
         if index == 0 { &self.plate } else { "auto" }
     }
 
+    fn push_cuts(&self, words: &mut Vec<String>) {
+        let cuts = if self.cuts == "auto" { "" } else { &self.cuts };
+        cuts.split(';')
+            .filter(|cut| !cut.is_empty())
+            .for_each(|cut| words.extend(["--cut".to_owned(), cut.to_owned()]));
+    }
+
+    /// The words of the command that makes the chosen cuts and no others, and writes nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::NotYet`] with what is missing.
+    pub(super) fn split(&self) -> Result<Vec<String>, WorkbenchError> {
+        let [model] = &self.models[..] else {
+            return Err(WorkbenchError::NotYet {
+                what: "have one model alone in the project, of which cuts are chosen",
+            });
+        };
+        let machine = self.machine.as_ref().ok_or(WorkbenchError::NotYet { what: "choose a machine" })?;
+        let mut words = ["split", &guarded(&model.path), "-m", machine].map(str::to_owned).to_vec();
+        push(&mut words, "--unit", &self.unit);
+        push(&mut words, "--plate", &self.plate);
+        push(&mut words, "--finish", &self.finish);
+        let before = words.len();
+        self.push_cuts(&mut words);
+        let count = ((words.len() - before) / 2).to_string();
+        words.extend(["--max-cuts".to_owned(), count]);
+        Ok(words)
+    }
+
     /// The words of the command that prepares, without those that name what it writes.
     ///
     /// # Errors
@@ -305,6 +354,9 @@ impl Choices {
         words.extend(["-m".to_owned(), machine.clone()]);
         self.push_reading(&mut words);
         push(&mut words, "--way", &self.way);
+        if ["auto", "cut"].contains(&self.way.as_str()) {
+            self.push_cuts(&mut words);
+        }
         push(&mut words, "--order", &self.order);
         push(&mut words, "--finish", &self.finish);
         push(&mut words, "--slicer", &self.slicer);
@@ -320,6 +372,12 @@ fn is_word(value: &str) -> bool {
 /// Whether a machine's name is that of a file.
 pub(super) fn is_file(machine: &str) -> bool {
     machine.to_ascii_lowercase().ends_with(".toml") || machine.contains(['/', '\\'])
+}
+
+/// Whether the command takes each word for a cut.
+fn are_cuts(text: &str) -> bool {
+    let cuts: Vec<&str> = text.split(';').collect();
+    text.len() <= MOST_CUTS.0 && cuts.len() <= MOST_CUTS.1 && cuts.iter().all(|cut| GivenCut::parsed(cut).is_some())
 }
 
 /// Three numbers, not all of them 0.

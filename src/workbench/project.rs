@@ -82,6 +82,8 @@ pub(super) enum ProjectChange {
     Set(String, String),
     /// Prints in this order, in a way that has these parts.
     Order(String, String),
+    /// Makes these cuts first.
+    Cuts(String),
     /// Takes the last change back.
     Undo,
     /// Makes the change again that was taken back last.
@@ -129,6 +131,8 @@ pub(super) struct Project {
     ways: Option<MadeResult>,
     /// The last run that prepared a file or said why not.
     prepared: Option<MadeResult>,
+    /// What the chosen cuts leave, with what they were made of.
+    cut: Option<MadeResult>,
     /// The plans of what was prepared, and of the orders that were found to work; the last one last.
     timelines: Vec<Timeline>,
 }
@@ -229,6 +233,13 @@ impl Project {
                 target.set("way", way, machines)?;
                 target.set("order", order, machines)?;
             }
+            ProjectChange::Cuts(cuts) => {
+                target.set("cuts", cuts, machines)?;
+                // What was decided is done: the way follows.
+                let way = if cuts == "auto" { "auto" } else { "cut" };
+                let stays = cuts == "auto" && target.way != "cut";
+                (!stays).then(|| target.set("way", way, machines)).transpose()?;
+            }
             ProjectChange::Undo => target = self.history.past()?.clone(),
             ProjectChange::Redo => target = self.history.future()?.clone(),
         }
@@ -257,6 +268,7 @@ impl Project {
             ProjectChange::Order(order, _) => {
                 self.history.step(now.clone(), StepName { what: "order", name: order.clone() })
             }
+            ProjectChange::Cuts(_) => self.history.step(now.clone(), StepName { what: "cuts", name: String::new() }),
             ProjectChange::Undo => self.history.undo(now.clone()),
             ProjectChange::Redo => self.history.redo(now.clone()),
         }
@@ -276,7 +288,7 @@ impl Project {
 
     /// What the prepared file depends on.
     pub(super) fn whole(&self) -> String {
-        format!("{} {} {}", self.basis(), self.choices.way, self.choices.order)
+        format!("{} {} {} {}", self.basis(), self.choices.way, self.choices.order, self.choices.cuts)
     }
 
     /// The words of the command that a task is.
@@ -367,6 +379,23 @@ impl Project {
         self.timelines.push(timeline);
     }
 
+    /// Takes what the command says of the chosen cuts, of the project as it is now.
+    pub(super) fn take_cut(&mut self, document: Value) {
+        self.cut = Some(MadeResult { made_of: self.whole(), document });
+    }
+
+    /// The planes of the project as it is now, those that were chosen first, and what is left that hangs, mm²: of what was prepared, else of the
+    /// chosen cuts alone; null where neither is known.
+    fn cut_document(&self) -> Value {
+        let whole = self.whole();
+        let current = |one: &&MadeResult| one.made_of == whole;
+        let prepared = self.prepared.as_ref().filter(current).map(|one| &one.document["cut"]);
+        let chosen = self.cut.as_ref().filter(current).map(|one| &one.document);
+        prepared.into_iter().chain(chosen).find(|cut| cut["planes"].is_array()).map_or(Value::Null, |cut| {
+            json!({"planes": cut["planes"], "left_mm2": cut["needs_support_mm2"], "seam_mm2": cut["seam_mm2"], "parts": cut["parts"]})
+        })
+    }
+
     /// The project as the page shows it.
     pub(super) fn document(&self) -> Value {
         let model = |(index, model): (usize, &ChosenModel)| {
@@ -389,13 +418,14 @@ impl Project {
         let commands: serde_json::Map<String, Value> =
             Task::ALL.into_iter().map(|task| (task.name().to_owned(), command(task))).collect();
         let files: Vec<Value> = ENDINGS.iter().map(|ending| self.choices.output(ending).into()).collect();
-        let Choices { models, machine, unit, plate, way, up, finish, slicer, order, port, server, key_file } =
+        let Choices { models, machine, unit, plate, way, up, cuts, finish, slicer, order, port, server, key_file } =
             &self.choices;
         json!({
             "revision": self.revision,
             "models": models.iter().enumerate().map(model).collect::<Vec<_>>(),
             "inspect": (0..models.len()).map(|i| line(&self.choices.inspect(i))).collect::<Vec<_>>(),
             "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order, "port": port,
+            "cuts": if cuts == "auto" { Vec::new() } else { cuts.split(';').collect::<Vec<_>>() }, "cut": self.cut_document(),
             "server": server, "key_file": key_file,
             "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,

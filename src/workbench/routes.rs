@@ -25,6 +25,8 @@ pub(super) enum WebAsked {
     Upload(String),
     /// The prints are to come in this order.
     Order(String),
+    /// The model is to be cut so, first of all.
+    Cuts(String),
     /// The project is to be saved.
     Save,
     /// A change of the project.
@@ -55,7 +57,7 @@ pub(super) enum JobWord {
 }
 
 /// Names and sources of the page's files. The renderer is the preview's own.
-pub(super) const FILES: [(&str, &str); 15] = [
+pub(super) const FILES: [(&str, &str); 16] = [
     ("/", include_str!("page/index.html")),
     ("/page/style.css", include_str!("page/style.css")),
     ("/page/main.js", include_str!("page/main.js")),
@@ -68,6 +70,7 @@ pub(super) const FILES: [(&str, &str); 15] = [
     ("/page/see.js", include_str!("page/see.js")),
     ("/page/print.js", include_str!("page/print.js")),
     ("/page/order.js", include_str!("page/order.js")),
+    ("/page/cuts.js", include_str!("page/cuts.js")),
     ("/page/foot.js", include_str!("page/foot.js")),
     ("/page/icon.svg", include_str!("page/icon.svg")),
     ("/view/renderer.js", crate::view::RENDERER),
@@ -121,6 +124,7 @@ fn found(head: &RequestHead) -> Result<(bool, WebAsked), WorkbenchError> {
             WebAsked::ProjectChange(ProjectChange::Set(head.value("name").to_owned(), head.value("value").to_owned())),
         ),
         "order" => (true, WebAsked::Order(head.value("value").to_owned())),
+        "cuts" => (true, WebAsked::Cuts(head.value("value").to_owned())),
         "save" => (true, WebAsked::Save),
         "run" => (true, WebAsked::Run(task(head)?)),
         "word" => (true, WebAsked::JobWord(task(head)?, word(head)?)),

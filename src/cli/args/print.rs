@@ -66,6 +66,9 @@ pub(in crate::cli) struct Prepare {
     /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: another side down, on supports
     #[arg(long, value_name = "WAY", help_heading = PLANNING, hide_possible_values = true, value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
     pub(in crate::cli) way: String,
+    /// Cut the model along this plane first, whatever it gains; may be repeated. `trunnion split --help` explains the words
+    #[arg(long, value_name = "X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true, conflicts_with = "plates", help_heading = PLANNING, hide_short_help = true)]
+    pub(in crate::cli) cut: Vec<String>,
     /// Cut solids that have no plan as drawn; the parts are written to OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = PLANNING, hide_short_help = true)]
     pub(in crate::cli) split: String,
@@ -116,7 +119,14 @@ impl Prepare {
             Some((flag, ..)) => {
                 Err(Failure::Usage(format!("--way {} contradicts --{flag} never; remove one of them", self.way)))
             }
-            None => Ok(only),
+            None if self.cut.is_empty() => Ok(only),
+            None => match (only, self.split == "never") {
+                (None | Some(Way::Cut), false) => Ok(Some(Way::Cut)),
+                (_, true) => Err(Failure::Usage("--cut contradicts --split never; remove one of them".to_owned())),
+                (Some(_), _) => {
+                    Err(Failure::Usage(format!("--cut contradicts --way {}; remove one of them", self.way)))
+                }
+            },
         }
     }
 }

@@ -101,17 +101,17 @@ pub(in crate::cli) struct Split {
     #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new(), required_unless_present = "convex")]
     pub(in crate::cli) profile: Option<String>,
     /// Take the model apart into nearly convex pieces instead, and write the hull of each: for simulators and planners, not for printing
-    #[arg(long, conflicts_with_all = ["up", "no_cut", "strict", "pedestal", "overhang", "bridge", "tolerate", "margin", "max_cuts", "budget", "allow"])]
+    #[arg(long, conflicts_with_all = ["up", "cut", "no_cut", "strict", "pedestal", "overhang", "bridge", "tolerate", "margin", "max_cuts", "budget", "allow"])]
     pub(in crate::cli) convex: bool,
     /// How far a piece may be from convex [default: a hundredth of the diagonal of each part's box]
     #[arg(long, value_name = "MM", requires = "convex", allow_hyphen_values = true)]
     pub(in crate::cli) concavity: Option<f64>,
     /// Direction in the model's coordinates that points up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts are written in that orientation
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "no_cut")]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["cut", "no_cut"])]
     pub(in crate::cli) up: Option<PoseChoice>,
-    /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
+    /// The parts, in the order of printing (3MF); written only if the machine has a plan for them. With --json it may be left out
     #[arg(short, long, value_name = "PARTS.3mf")]
-    pub(in crate::cli) output: PathBuf,
+    pub(in crate::cli) output: Option<PathBuf>,
     /// Slopes up to this angle from the vertical need no support [default: from the profile's line width and layer height]
     #[arg(long, value_name = "DEG")]
     pub(in crate::cli) overhang: Option<f64>,
@@ -132,6 +132,13 @@ pub(in crate::cli) struct Split {
     /// Cut off everything beyond each plane, so that the head never has to pass the remaining part
     #[arg(long)]
     pub(in crate::cli) strict: bool,
+    /// Cut along this plane first, whatever it gains; may be repeated, in the order of cutting
+    ///
+    /// The direction points to what is cut off, which is printed along it; OFFSET is the plane's distance from the origin along the
+    /// direction, in mm. @X,Y,Z takes only the part that this point lies in, where several lie beyond the plane. What is cut off is not cut again: name outer planes first. The search then
+    /// cuts what is left; --max-cuts counts these cuts, too.
+    #[arg(long, value_name = "X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true)]
+    pub(in crate::cli) cut: Vec<String>,
     /// Box that no cut may cross, in the file's coordinates; may be repeated
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) no_cut: Vec<String>,

@@ -1,6 +1,7 @@
 // The room of ways: what each costs, side by side, and which one is chosen.
 
 import { button, choice, failure, figures, h, notice, number, time } from './parts.js';
+import { cutsPanel } from './cuts.js';
 import { orderLine } from './order.js';
 import { log, progress } from './see.js';
 import { TEXTS } from './texts.js';
@@ -51,7 +52,7 @@ export function deck(state) {
   return [auto, h('div', { class: `ways${stale ? ' stale' : ''}` }, sorted.map((way) => wayCard(way, state, cheapest, made))), h('section', { id: 'order' }, orderLine(state))];
 }
 
-export function howPanel(state) {
+export function howPanel(state, picking) {
   const run = state.runs.prepare, { why_not: missing } = state.commands.prepare, { ways, prepared } = state;
   const done = prepared && !prepared.stale && prepared.document.verify, old = ways && !ways.stale && prepared?.stale;
   const what = old ? TEXTS.prepareThis : ways ? TEXTS.findAgain : TEXTS.findWays;
@@ -65,6 +66,7 @@ export function howPanel(state) {
     choice('finish', TEXTS.finish, state.finish, state.choices.finish.map((one) => [one, TEXTS.finishes[one]])),
     choice('slicer', TEXTS.slicer, state.slicer, state.choices.slicer.map((one) => [one, one === 'auto' ? TEXTS.slicerAuto : one])),
     run?.failed && !state.prepared?.stale && failure(run.failed, TEXTS.code),
+    ...cutsPanel(state, picking),
     log(run),
   ];
 }

@@ -1,5 +1,6 @@
 // The page: rooms, what each shows of the state, and what its buttons ask for. Nothing is decided here that the command decides.
 
+import { added, askCuts, cutting, forget, movedTo, pinned, planes, without } from './cuts.js';
 import { foot } from './foot.js';
 import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
@@ -40,7 +41,12 @@ const ACTIONS = {
   line: ({ line }) => showLine(Number(line)),
   add: () => byId('file').click(),
   remove: ({ index }) => change('remove', { index }),
-  pick: () => pick(!scene?.picking),
+  pick: () => pick(scene?.picking === 'up' ? null : 'up'),
+  'pick-cut': () => pick(scene?.picking === 'cut' ? null : 'cut'),
+  'pin-cut': ({ cut }) => recut(pinned(page.state, Number(cut))),
+  uncut: ({ cut }) => recut(without(page.state, Number(cut))),
+  'free-cuts': () => recut([]),
+  'drop-cut': () => { forget(); show(); },
   way: ({ way }) => change('set', { name: 'way', value: way }),
   undo: () => change('undo'),
   redo: () => change('redo'),
@@ -92,15 +98,41 @@ async function reorder(card, to) {
   if (focus) (byId(focus)?.disabled ? byId(`print-${card}`)?.querySelector('button:not(:disabled)') : byId(focus))?.focus();
 }
 
+/** Asks for these cuts, and for nothing where they are as they were. */
+async function recut(pins) {
+  if (!pins || cutting.waits) return;
+  const focus = document.activeElement?.id;
+  await askCuts(pins, async (value) => {
+    try {
+      toast(null);
+      const { refused, ...state } = await post('cuts', { revision: page.state.revision, value });
+      hear(state);
+      return refused;
+    } catch (error) {
+      if (error.code === 'workbench/old-revision') hear(await get('state'));
+      return { error: error.message, code: error.code, cut: null };
+    }
+  }, show);
+  if (cutting.refused) byId('cut-why')?.scrollIntoView({ block: 'nearest' });
+  if (focus) byId(focus)?.focus();
+}
+
 /** Saves the project; the file can be fetched in the room of models. */
 async function save() {
   if (await change('save')) toast(TEXTS.saved(page.state.file.name), 'good');
 }
 
-/** The next click on the picture puts the model on a face. */
-function pick(on) {
-  if (scene) scene.pick(on);
+/** The next click on the picture chooses a face: to lie on (`up`), or to be cut along (`cut`). */
+function pick(what) {
+  if (scene) scene.pick(what);
   show();
+}
+
+/** A face was clicked: the direction out of it, and where it is along that. */
+function picked({ normal, offset }) {
+  const what = scene.picking;
+  if (what === 'up') change('set', { name: 'up', value: normal.map((v) => -v + 0).join() }).then(() => pick(null));
+  else recut(added(page.state, normal, offset)).then(() => pick(null));
 }
 
 async function upload(files) {
@@ -144,8 +176,8 @@ function steps() {
 
 function panel() {
   const { state, room } = page;
-  if (room === 'model') return [...modelPanel(state, page.uploads, scene?.picking ?? false), ...machineFacts(state, page.machines, page.drawn)];
-  return room === 'how' ? howPanel(state) : room === 'see' ? seePanel(state) : printPanel(state);
+  if (room === 'model') return [...modelPanel(state, page.uploads, scene?.picking === 'up'), ...machineFacts(state, page.machines, page.drawn)];
+  return room === 'how' ? howPanel(state, scene?.picking === 'cut') : room === 'see' ? seePanel(state) : printPanel(state);
 }
 
 /** The preview has a frame of its own, which stays while nothing of the file changes. */
@@ -192,7 +224,9 @@ function show() {
   byId('deck').hidden = page.room !== 'how';
   if (page.room === 'how') morph(byId('deck'), deck(page.state));
   foot(byId('foot'), page.room, page.state, page.copied !== false);
-  byId('caption').textContent = scene?.hangs ? TEXTS.caption(Math.round(scene.steepest)) : TEXTS.captionPlain;
+  const cuts = page.room === 'how' ? planes(page.state) : [];
+  scene?.setPlanes(cuts);
+  byId('caption').textContent = cuts.length ? TEXTS.captionCuts : scene?.hangs ? TEXTS.caption(Math.round(scene.steepest)) : TEXTS.captionPlain;
   frame();
 }
 
@@ -201,7 +235,10 @@ function hear(state) {
   // An answer may come behind an event that is newer.
   if (page.state && state.version < page.state.version) return;
   // Why an order was refused concerns the project as it was then.
-  if (page.state && state.revision !== page.state.revision) Object.assign(asked, { refused: null, sprung: null });
+  if (page.state && state.revision !== page.state.revision) {
+    Object.assign(asked, { refused: null, sprung: null });
+    if (!cutting.waits) forget();
+  }
   page.state = state;
   connection('');
   show();
@@ -258,7 +295,7 @@ function stepKey(event) {
     return;
   }
   const which = letter === 'y' || (letter === 'z' && event.shiftKey) ? 'redo' : letter === 'z' ? 'undo' : null;
-  if (!which || event.altKey || !page.state || event.target.closest?.('input, textarea')) return;
+  if (!which || event.altKey || !page.state || event.target.closest?.('input:not([type="range"]), textarea')) return;
   event.preventDefault();
   if (page.state[which]) change(which);
   else toast(`${TEXTS.noStep[which]}.`);
@@ -275,12 +312,23 @@ function events() {
       upload([...target.files]).then(() => { target.value = ''; });
     } else if (target.dataset.set) {
       change('set', { name: target.dataset.set, value: target.value });
+    } else if (target.dataset.addCut !== undefined) {
+      const normal = target.value;
+      target.value = '';
+      if (normal) recut(added(page.state, normal.split(',')));
+    } else if (target.dataset.offset) {
+      recut(movedTo(page.state, Number(target.dataset.offset), target.value));
     } else if (target.dataset.copies) {
       change('copies', { index: target.dataset.copies, value: target.value });
     }
   });
+  document.addEventListener('input', ({ target }) => {
+    if (!target.dataset.offset || target.value === '') return;
+    cutting.held = { k: Number(target.dataset.offset), offset: target.value };
+    scene?.setPlanes(planes(page.state));
+  });
   document.addEventListener('keydown', (event) => {
-    if (event.key === 'Escape' && scene?.picking) pick(false);
+    if (event.key === 'Escape' && scene?.picking) pick(null);
     if (event.ctrlKey || event.metaKey) return stepKey(event);
     if (event.altKey || event.target.closest?.('input, select, textarea')) return;
     const number = ROOMS[Number(event.key) - 1], at = ROOMS.indexOf(page.room);
@@ -322,7 +370,7 @@ function begin() {
   events();
   if (!hasSecret) return toast(TEXTS.noSecret);
   try {
-    scene = new Scene(byId('canvas'), (up) => change('set', { name: 'up', value: up }).then(() => pick(false)));
+    scene = new Scene(byId('canvas'), picked);
   } catch {
     byId('no-gl').hidden = false;
   }

@@ -4,18 +4,20 @@ import { Camera, Drawing, IDENTITY, axes, cross, dot, inverted, plus, readShapes
 import { block } from './server.js';
 
 const INK = {
-  light: { back: [0.937, 0.945, 0.957], table: [226, 230, 236], grid: [120, 130, 142], edge: [40, 50, 60], axis: [11, 99, 181], part: [150, 174, 200], hangs: [236, 140, 0], line: [30, 40, 52] },
-  dark: { back: [0.063, 0.078, 0.098], table: [58, 67, 78], grid: [110, 122, 136], edge: [190, 202, 214], axis: [108, 180, 255], part: [128, 154, 182], hangs: [230, 140, 20], line: [12, 16, 22] },
+  light: { back: [0.937, 0.945, 0.957], table: [226, 230, 236], grid: [120, 130, 142], edge: [40, 50, 60], axis: [11, 99, 181], part: [150, 174, 200], hangs: [236, 140, 0], line: [30, 40, 52], chosen: [11, 99, 181], found: [90, 100, 112], bad: [200, 30, 30] },
+  dark: { back: [0.063, 0.078, 0.098], table: [58, 67, 78], grid: [110, 122, 136], edge: [190, 202, 214], axis: [108, 180, 255], part: [128, 154, 182], hangs: [230, 140, 20], line: [12, 16, 22], chosen: [108, 180, 255], found: [176, 186, 198], bad: [255, 110, 110] },
 };
 const GAP_MM = 12; // between models in the picture
 const CELL_MM = 5;
 const TOUCHES_MM = 0.1; // parts that are nearer touch
+const ARROW_MM = 12; // of a plane, along its normal
+const BEYOND_MM = 3; // a plane's frame is so much larger than what it cuts
 const STANDS_MM = 0.05; // as near to the lowest point a facet lies on the table
 
 export class Scene {
-  /** `picked` hears the direction that points up when a face was clicked. */
+  /** `picked` hears of a face that was clicked: the direction out of it, and how far along that it is. */
   constructor(canvas, picked) {
-    Object.assign(this, { canvas, picked, picking: false, drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
+    Object.assign(this, { canvas, picked, picking: null, planes: [], lines: [], drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
     this.dark = matchMedia('(prefers-color-scheme: dark)');
     this.dark.addEventListener('change', () => this.invalidate());
     new ResizeObserver(() => this.invalidate()).observe(canvas);
@@ -138,6 +140,7 @@ export class Scene {
       // Seen through the part: what is steep looks down.
       drawing.lines(model.rim, model.rimCount, ink.hangs, 1, own, 0.03);
     }
+    this.lines.forEach(({ points, kind }) => drawing.loose(points, ink[kind], 1, { toEye: shiftedBy(view, this.order[0].shift), toClip: projection }));
     drawing.show();
     this.frames = (this.frames ?? 0) + 1;
   }
@@ -148,28 +151,39 @@ export class Scene {
     axes(facts, { motion: rest, tip: [0, 0, 0], tilt: 0, rotation: 0, known: true }).slice(3).forEach(({ ends }) => this.drawing.loose(ends.map((end) => plus(end, back, -1)).flat(), ink.axis, 0.8, eye));
   }
 
-  /** Whether the next click chooses a face. */
-  pick(on) {
-    this.picking = on;
-    this.canvas.classList.toggle('picking', on);
+  /** What the next click chooses a face for; null for nothing. */
+  pick(what) {
+    this.picking = what;
+    this.canvas.classList.toggle('picking', what !== null);
   }
 
-  /** The face under a place of the picture: which direction of the model is up when it lies on the table; null beside the models. */
-  upAt(x, y) {
+  /** Planes of the only model as it was drawn: normal, where along it, and kind. */
+  setPlanes(planes) {
+    const wanted = JSON.stringify(planes), [model] = this.order;
+    if (this.planes === wanted && this.planed === model) return;
+    [this.planes, this.planed] = [wanted, model];
+    this.lines = this.order.length === 1 ? planes.map(({ normal, offset, kind }) => ({ points: planeLines(model, normal, offset), kind })) : [];
+    this.invalidate();
+  }
+
+  /** The face under a place of the picture: the direction of the model out of it, and how far along that it is; null beside the models. */
+  faceAt(x, y) {
     const { camera, canvas } = this, { eye } = camera.matrices(1), half = Math.tan(camera.fov / 2), { clientWidth: width, clientHeight: height } = canvas;
     const u = ((x / width) * 2 - 1) * half * (width / height), v = (1 - (y / height) * 2) * half;
     const ray = plus(plus(plus([0, 0, 0], camera.back, -1), camera.right, u), cross(camera.back, camera.right), v);
-    let best = { at: Infinity, up: null };
+    let best = { at: Infinity, face: null };
     for (const { shift, turn, triangles } of this.order) {
       const from = plus(eye, shift, -1);
       for (const t of triangles) {
         for (let i = 0; i < t.length; i += 18) {
           const at = hit(t, i, from, ray);
-          if (at < best.at) best = { at, up: turned(inverted(turn), [-t[i + 3], -t[i + 4], -t[i + 5]]) };
+          if (at < best.at) best = { at, face: [[t[i + 3], t[i + 4], t[i + 5]], [t[i], t[i + 1], t[i + 2]]].map((v) => turned(inverted(turn), v)) };
         }
       }
     }
-    return best.up?.map((value) => Number(value.toFixed(6)) + 0).join() ?? null;
+    if (!best.face) return null;
+    const [normal, corner] = best.face;
+    return { normal: normal.map((value) => Number(value.toFixed(6)) + 0), offset: Number(dot(normal, corner).toFixed(4)) + 0 };
   }
 
   orbit(yaw, pitch) {
@@ -208,8 +222,8 @@ export class Scene {
       else this.orbit(-dx * 0.008, dy * 0.008);
     });
     canvas.addEventListener('pointerup', (event) => {
-      const up = this.picking && travelled < 4 && this.upAt(event.offsetX, event.offsetY);
-      if (up) this.picked(up);
+      const face = this.picking && travelled < 4 && this.faceAt(event.offsetX, event.offsetY);
+      if (face) this.picked(face);
     });
     ['pointerup', 'pointercancel'].forEach((name) => canvas.addEventListener(name, (event) => down.delete(event.pointerId)));
     canvas.addEventListener('wheel', (event) => { event.preventDefault(); this.zoom(Math.exp(Math.sign(event.deltaY) * 0.12)); }, { passive: false });
@@ -271,6 +285,27 @@ function heightAt(t, i, x, y) {
   const side = (a, b) => (t[i + b] - t[i + a]) * (y - t[i + a + 1]) - (t[i + b + 1] - t[i + a + 1]) * (x - t[i + a]);
   if (Math.min(side(0, 6), side(6, 12), side(12, 0)) < -1e-6) return NaN;
   return t[i + 2] - (t[i + 3] * (x - t[i]) + t[i + 4] * (y - t[i + 1])) / t[i + 5];
+}
+
+/** What a plane cuts, a frame around that, and its arrow: ends of lines, in the model's own coordinates. */
+function planeLines({ triangles, low, high }, normal, offset) {
+  const cut = [], u = Math.abs(normal[2]) < 0.9 ? cross([0, 0, 1], normal) : cross([1, 0, 0], normal), long = Math.hypot(...u), x = u.map((v) => v / long), y = cross(normal, x);
+  for (const t of triangles) {
+    for (let i = 0; i < t.length; i += 18) {
+      const corners = [0, 6, 12].map((at) => [t[i + at], t[i + at + 1], t[i + at + 2]]), above = corners.map((p) => dot(p, normal) - offset);
+      const ends = corners.flatMap((p, k) => {
+        const q = corners[(k + 1) % 3], [a, b] = [above[k], above[(k + 1) % 3]];
+        return a > 0 === b > 0 ? [] : [plus(p, plus(q, p, -1), a / (a - b))];
+      });
+      if (ends.length === 2) cut.push(...ends);
+    }
+  }
+  const box = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((axis) => ((k >> axis) & 1 ? high : low)[axis])), around = cut.length ? cut : box;
+  const range = (axis) => [Math.min(...around.map((p) => dot(p, axis))) - BEYOND_MM, Math.max(...around.map((p) => dot(p, axis))) + BEYOND_MM];
+  const [[x0, x1], [y0, y1]] = [range(x), range(y)], at = (a, b, c = 0) => plus(plus(plus([0, 0, 0], x, a), y, b), normal, offset + c);
+  const [mx, my] = [(x0 + x1) / 2, (y0 + y1) / 2], tip = at(mx, my, ARROW_MM), barb = (side) => at(mx + side, my, ARROW_MM - 3);
+  const frame = [at(x0, y0), at(x1, y0), at(x1, y0), at(x1, y1), at(x1, y1), at(x0, y1), at(x0, y1), at(x0, y0)];
+  return [...cut, ...frame, at(mx, my), tip, tip, barb(2), tip, barb(-2)].flat();
 }
 
 /** The lines around patches of triangles: edges that one triangle alone has. */

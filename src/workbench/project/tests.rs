@@ -110,6 +110,10 @@ fn every_change_makes_what_depends_on_it_out_of_date() {
     let mut port = fresh();
     set(&mut port, "port", "tcp:host:1");
     assert_eq!(stale(&port), (false, false));
+    // Prices of the other ways stay what they are.
+    let mut cut = fresh();
+    set(&mut cut, "cuts", "0,0,1,10;1,0,0,5@6,0,2");
+    assert_eq!(stale(&cut), (false, true));
 }
 
 #[test]

@@ -8,14 +8,14 @@ use trunnion::mesh::{ReadOptions, Repair, read_model, stl_binary};
 use super::solids::{self, Shape};
 use crate::support::{fails, first_error, folder, said, states, trunnion};
 
-fn written(folder: &Path, name: &str, shape: &Shape) -> String {
+pub(super) fn written(folder: &Path, name: &str, shape: &Shape) -> String {
     let path = folder.join(name);
     std::fs::write(&path, stl_binary(&shape.mesh())).unwrap();
     path.display().to_string()
 }
 
 /// Runs `split` with `more`; code, stdout, stderr.
-fn run(model: &str, output: &Path, more: &[&str]) -> (Option<i32>, String, String) {
+pub(super) fn run(model: &str, output: &Path, more: &[&str]) -> (Option<i32>, String, String) {
     let run = trunnion().args(["split", model, "-m", "generic-ac", "-o"]).arg(output).args(more).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (run.status.code(), text(&run.stdout), text(&run.stderr))

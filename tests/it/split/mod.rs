@@ -6,6 +6,7 @@ mod brute;
 mod command;
 mod free_form;
 mod layers;
+mod pinned;
 mod planes;
 mod real_meshes;
 mod refined;

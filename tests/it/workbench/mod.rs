@@ -1,6 +1,7 @@
 //! The workbench: who may come in, what its jobs make, and the page itself in a browser.
 
 mod browser;
+mod cuts;
 mod doors;
 mod history;
 mod jobs;

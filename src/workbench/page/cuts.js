@@ -1,0 +1,136 @@
+// The planes along which the model is cut: those that somebody has decided, and those that the plan found. Whether one can be made is what the
+// command says: one that cannot stays where it was put, in red, with the reason.
+
+import { button, choice, h, notice, number } from './parts.js';
+import { TEXTS } from './texts.js';
+
+/** What is shown beside the state: cuts that are asked for, and why they were refused; where a plane is while its slider is held. */
+export const cutting = { asked: null, waits: false, refused: null, held: null };
+
+/** The words of a cut, as `--cut` has them: numbers stay as they are written. */
+function read(pin) {
+  const [plane, ...points] = pin.split('@'), numbers = plane.split(',');
+  return { normal: numbers.slice(0, 3), offset: numbers[3], points };
+}
+
+const write = ({ normal, offset, points }) => [[...normal, offset].join(), ...points].join('@');
+const unit = (normal) => { const v = normal.map(Number), long = Math.hypot(...v); return v.map((x) => x / long); };
+const short = (value) => String(Number(value.toFixed(4)));
+
+/** The chosen cuts as they are shown now: as they are, or as somebody has just put them. */
+const chosen = (state) => cutting.asked ?? state.cuts;
+
+/** Planes that the plan has found behind the chosen ones. */
+const found = (state) => (cutting.asked ? [] : (state.cut?.planes ?? []).slice(state.cuts.length));
+
+/** Whether cuts can be chosen: of one solid as it was drawn. */
+const possible = (state) => state.models.length === 1 && state.models[0].copies === 1 && state.up === 'auto' && state.models[0].inspected?.parts?.length === 1;
+
+/** Every plane, to be drawn: its normal, where it is along that, and what it is. */
+export function planes(state) {
+  if (!possible(state)) return [];
+  const of = (pin, k) => {
+    const { normal, offset } = read(pin), bad = cutting.refused && (cutting.refused.cut ?? k) === k;
+    return { normal: unit(normal), offset: Number(cutting.held?.k === k ? cutting.held.offset : offset), kind: bad ? 'bad' : 'chosen' };
+  };
+  return [...chosen(state).map(of), ...found(state).map(({ normal, offset_mm: offset }) => ({ normal, offset, kind: 'found' }))];
+}
+
+/** From where to where planes of this direction meet the model, mm. */
+function span(state, normal) {
+  const [low, high] = state.models[0].inspected.parts[0].box_mm, n = unit(normal);
+  const side = (a, b) => n.reduce((sum, v, i) => sum + v * (v > 0 ? a[i] : b[i]), 0);
+  return [side(low, high), side(high, low)];
+}
+
+function along(normal) {
+  const n = unit(normal), axis = n.findIndex((v) => Math.abs(v) > 1 - 1e-9);
+  return axis < 0 ? n.map((v) => v.toFixed(2)).join(' ') : `${n[axis] < 0 ? '-' : '+'}${'XYZ'[axis]}`;
+}
+
+function chosenRow(state, pin, k) {
+  const { normal, offset } = read(pin), [low, high] = span(state, normal), seam = cutting.asked ? null : state.cut?.planes[k]?.seam_mm2;
+  const bad = cutting.refused && (cutting.refused.cut ?? k) === k, name = TEXTS.plane(k + 1);
+  const at = { min: short(low), max: short(high), step: '0.5', value: offset, 'data-offset': k, disabled: cutting.waits };
+  return h(
+    'li',
+    { id: `cut-${k}`, class: `card cut ${bad ? 'bad' : 'chosen'}` },
+    h('div', { class: 'card-head' }, h('strong', { text: `${name}: ${along(normal)}` }),
+      button('uncut', '×', { id: `uncut-${k}`, class: 'quiet round', 'data-cut': k, disabled: cutting.waits, 'aria-label': TEXTS.removeCut(name), title: TEXTS.removeCut(name) })),
+    h('div', { class: 'row' },
+      h('input', { id: `slide-${k}`, type: 'range', ...at, step: 'any', 'aria-label': TEXTS.cutAt(name) }),
+      h('input', { id: `offset-${k}`, type: 'number', ...at, step: 'any', 'aria-label': TEXTS.cutAt(name) })),
+    typeof seam === 'number' && h('span', { class: 'soft', text: TEXTS.seamOf(number(seam, 0)) }),
+  );
+}
+
+function foundRow(state, plane, k) {
+  return h(
+    'li',
+    { id: `found-${k}`, class: 'card cut found' },
+    h('div', { class: 'card-head' }, h('strong', { text: `${TEXTS.plane(k + 1)}: ${along(plane.normal)} ${number(plane.offset_mm)} mm` }),
+      button('pin-cut', TEXTS.pinCut, { id: `pin-${k}`, 'data-cut': k, disabled: cutting.waits, title: TEXTS.pinCutTitle })),
+    h('span', { class: 'soft', text: `${TEXTS.foundCut} · ${TEXTS.seamOf(number(plane.seam_mm2, 0))}` }),
+  );
+}
+
+/** The section of the room of ways; nothing before there is a model that can be cut. */
+export function cutsPanel(state, picking) {
+  if (state.models.length === 0 || (!possible(state) && state.cuts.length === 0)) return [];
+  const head = h('h3', { text: TEXTS.cutsTitle });
+  if (!possible(state)) return [head, notice('note', TEXTS.cutsNotNow), button('free-cuts', TEXTS.cutsAuto, { id: 'free-cuts' })];
+  const mine = chosen(state), theirs = found(state), waiting = state.cuts.length > 0 && !['auto', 'cut'].includes(state.way);
+  const directions = [['', TEXTS.addCutNone], ...['1,0,0', '-1,0,0', '0,1,0', '0,-1,0', '0,0,1'].map((normal) => [normal, along(normal.split(','))])];
+  const { refused } = cutting, left = state.cut?.left_mm2 > 0.5 && !cutting.asked;
+  return [
+    head, h('p', { class: 'soft', text: TEXTS.cutsHint }),
+    waiting && notice('note', TEXTS.cutsWait),
+    h('ol', { id: 'cuts', class: 'cards', 'aria-label': TEXTS.cutsTitle, 'aria-busy': String(cutting.waits) }, mine.map((pin, k) => chosenRow(state, pin, k)), theirs.map((plane, k) => foundRow(state, plane, k + mine.length))),
+    h('div', { id: 'cut-why' }, refused ? notice('bad', TEXTS.cutRefused, refused.error, refused.code && h('p', {}, h('code', { text: TEXTS.code(refused.code) }))) : null),
+    refused && button('drop-cut', TEXTS.dropCut, { id: 'drop-cut' }),
+    left && h('p', { class: 'soft', role: 'status', text: TEXTS.cutLeft(number(state.cut.left_mm2, 0)) }),
+    button('pick-cut', TEXTS.cutFace, { id: 'pick-cut', 'aria-pressed': String(picking), class: picking ? 'primary' : null, disabled: cutting.waits }),
+    picking && h('p', { class: 'soft', role: 'status', text: TEXTS.cutPicking }),
+    choice('add-cut', TEXTS.addCut, '', directions, { 'data-set': null, 'data-add-cut': true, disabled: cutting.waits }),
+    mine.length > 0 && !refused && button('free-cuts', TEXTS.cutsAuto, { id: 'free-cuts', disabled: cutting.waits }),
+  ];
+}
+
+/** What is cut off is not cut again: of planes in one direction the outer ones come first. */
+function inOrder(pins) {
+  const made = [];
+  for (const pin of pins) {
+    const { normal, offset } = read(pin), inner = made.findIndex((one) => read(one).normal.join() === normal.join() && Number(read(one).offset) < Number(offset));
+    made.splice(inner < 0 ? made.length : inner, 0, pin);
+  }
+  return made;
+}
+
+/** The cuts with one more. */
+export const added = (state, normal, offset) => inOrder([...chosen(state), write({ normal, offset: offset ?? short(span(state, normal).reduce((a, b) => a + b) / 2), points: [] })]);
+
+/** The cuts with one that the plan found. */
+export const pinned = (state, k) => inOrder([...state.cuts, state.cut.planes[k].pin]);
+
+export const without = (state, k) => chosen(state).filter((_, i) => i !== k);
+
+/** The cuts with one of them elsewhere along its direction; what it takes is named by points, which go with it. */
+export function movedTo(state, k, offset) {
+  const pins = [...chosen(state)], { normal, offset: before, points } = read(pins[k]), n = unit(normal), by = Number(offset) - Number(before);
+  if (!by || !Number.isFinite(by)) return null;
+  const shifted = points.map((point) => point.split(',').map((v, i) => short(Number(v) + by * n[i])).join());
+  pins[k] = write({ normal, offset: short(Number(offset)), points: shifted });
+  return inOrder(pins);
+}
+
+/** Asks for these cuts; those that cannot be made stay, with the reason. */
+export async function askCuts(pins, post, show) {
+  Object.assign(cutting, { asked: pins, waits: true, refused: null, held: null });
+  show();
+  const refused = await post(pins.length ? pins.join(';') : 'auto');
+  Object.assign(cutting, { asked: refused ? pins : null, waits: false, refused });
+  show();
+}
+
+/** Nothing is asked any more. */
+export const forget = () => Object.assign(cutting, { asked: null, refused: null, held: null });
