@@ -60,6 +60,11 @@ fn request(args: &Verb, parts_file: &Path, may_write_parts: bool) -> Result<Prep
     let (model, arrangement) = args.arrange.request(&args.model.model, &args.model.read, Some(parts_file))?;
     let may_cut = may_write_parts && args.split != "never";
     let file = parts_file.display().to_string();
+    if !may_write_parts && !args.cut.is_empty() {
+        return Err(Failure::Usage(format!(
+            "--cut: the parts would be written to {file}, which is an input or another output; name another output with -o"
+        )));
+    }
     Ok(PrepareRequest {
         model,
         machine: args.machine.source(),

@@ -146,7 +146,7 @@ impl BeamSearch<'_> {
         self.reached(state, &promise)?;
         let parts = self.parts(state, &promise)?;
         self.asked(&parts.pieces, &parts.rest.surface, &promise)?;
-        self.after(state, &promise, parts, false)
+        self.after(state, &promise, parts)
     }
 
     /// A pinned cut, as the search would propose it.
@@ -412,7 +412,8 @@ impl BeamSearch<'_> {
                 self.reached(state, promise).map_err(answer)?;
                 let parts = self.parts(state, promise).inspect_err(|against| promise.refuse(*against))?;
                 self.asked(&parts.pieces, &parts.rest.surface, promise).map_err(answer)?;
-                Arc::new(self.after(state, promise, parts, true).map_err(answer)?)
+                let child = self.after(state, promise, parts).and_then(|child| self.gains(state, child));
+                Arc::new(child.map_err(answer)?)
             }
         };
         promise.answer(self.number, None);
@@ -453,14 +454,8 @@ impl BeamSearch<'_> {
         Ok(parts)
     }
 
-    /// The state after a cut that the machine prints; one that `must_gain` is worth what it costs.
-    fn after(
-        &self,
-        state: &SplitState,
-        promise: &StatePromise,
-        parts: CutParts,
-        must_gain: bool,
-    ) -> Result<SplitState, Against> {
+    /// The state after a cut that the machine prints.
+    fn after(&self, state: &SplitState, promise: &StatePromise, parts: CutParts) -> Result<SplitState, Against> {
         let SearchGround { rules, directions, .. } = self.ground;
         let CutParts { rest, pieces, needs, seam_mm2, crumbs_mm3, .. } = parts;
         let (plane, odd, all) = (promise.plane, promise.odd, promise.taken == Taken::All);
@@ -474,9 +469,11 @@ impl BeamSearch<'_> {
         if rules.faults && child.left().area_mm2 <= NOTHING_MM2 && child.rest.has_false_bottom(&Vec3::z(), None) {
             return Err(Against::Thin);
         }
-        if !must_gain {
-            return Ok(child);
-        }
+        Ok(child)
+    }
+
+    /// The state after a cut, where that is worth what it costs.
+    fn gains(&self, state: &SplitState, child: SplitState) -> Result<SplitState, Against> {
         if !self.affords(child.setups(), child.seam_mm2()) {
             return Err(Against::Budget);
         }

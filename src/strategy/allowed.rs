@@ -1,11 +1,14 @@
 //! Ways to print a model that may be taken.
 
+use super::arrange::SetUp;
 use super::cutting::Cutting;
+use super::error::StrategyError;
 use super::plan::Supporting;
 use super::price::Way;
 use super::split::GivenCut;
 use super::supported::Holdings;
 use super::ways::TriedWay;
+use crate::input::BadSetting;
 
 /// What may be done with a model beside printing it as it was drawn.
 #[derive(Clone, Debug)]
@@ -37,6 +40,24 @@ impl WaysOut {
         holdings: Holdings::USUAL,
         lost: Vec::new(),
     };
+
+    /// That cuts can be made which somebody has decided, where there are some: of one solid as its file has it, which is to be cut.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::UnwantedCut`], [`BadSetting::ArrangedCut`] and [`StrategyError::NotOneSolid`].
+    pub(super) fn allow_cuts(&self, set: &SetUp) -> Result<(), StrategyError> {
+        let unwanted = |other| Err(BadSetting::UnwantedCut { other }.into());
+        let (file, parts) = (&set.model.file, set.model.model.parts.len());
+        match (self.only, &self.cutting) {
+            _ if self.cuts.is_empty() => Ok(()),
+            (Some(way), _) if way != Way::Cut => unwanted("way"),
+            (_, Cutting::Never) => unwanted("split"),
+            _ if set.arranged.is_some() => Err(BadSetting::ArrangedCut.into()),
+            _ if parts != 1 => Err(StrategyError::NotOneSolid { file: file.clone(), parts }),
+            _ => Ok(()),
+        }
+    }
 
     pub(super) fn allow(&self, way: Way) -> bool {
         let held = self.supporting == Supporting::Auto;

@@ -16,7 +16,7 @@ use super::supported::{HeldModel, on_supports};
 use super::turning::{Poses, may_turn, turned};
 use super::ways::{NoWay, TriedWay};
 use crate::geom::Vec3;
-use crate::input::{BadSetting, load_profile};
+use crate::input::load_profile;
 use crate::orient::Priced;
 use crate::planning::{Remedy, centred};
 use crate::spelling::counted;
@@ -72,20 +72,6 @@ impl PlannedSomehow {
     }
 }
 
-/// What is against cuts that somebody has decided, whatever they are.
-fn against_cuts(set: &SetUp, ways: &WaysOut) -> Result<(), StrategyError> {
-    let unwanted = |other| Err(BadSetting::UnwantedCut { other }.into());
-    match (ways.only, &ways.cutting) {
-        (Some(way), _) if way != Way::Cut => unwanted("way"),
-        (_, Cutting::Never) => unwanted("split"),
-        _ if set.arranged.is_some() => Err(BadSetting::ArrangedCut.into()),
-        _ if set.model.model.parts.len() != 1 => {
-            Err(StrategyError::NotOneSolid { file: set.model.file.clone(), parts: set.model.model.parts.len() })
-        }
-        _ => Ok(()),
-    }
-}
-
 /// Plans models by the cheapest way that `ways` allow: as they are, turned, on supports, or with their solids cut. Several that
 /// have no plan so near to each other are given more room, where nobody said how much.
 ///
@@ -107,7 +93,7 @@ pub(crate) fn planned_somehow(
     let cut = set.model.model.parts.len() == 1 && !options.order.is_empty() && ways.only.is_none();
     let only = Some(Way::Cut).filter(|_| cut && ways.allow(Way::Cut));
     let given = Some(Way::Cut).filter(|_| !ways.cuts.is_empty());
-    given.map_or(Ok(()), |_| against_cuts(&set, ways))?;
+    ways.allow_cuts(&set)?;
     // And on supports all of them are one print.
     let supporting = if options.order.is_empty() { ways.supporting } else { Supporting::Never };
     let ways = &WaysOut { only: ways.only.or(given).or(only), supporting, ..ways.clone() };

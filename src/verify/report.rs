@@ -94,6 +94,7 @@ pub struct Report {
     /// 0.05 mm at a fixed pose and a proved lower bound while the table turns. The piece that carries the tip counts against
     /// prints whose part shares no face with the one being laid, and the table where that does not stand on it or is tilted; all other pieces
     /// against everything. At most [`CLEARANCE_CAP_MM`]; where something is hit, minus a bound of how deep.
+    /// Beyond the collisions that `counts` has room for nothing is looked for.
     pub clearance_mm: f64,
     /// The line with that room; 0 where the cap was never undercut.
     pub clearance_line: u32,

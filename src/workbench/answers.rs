@@ -79,17 +79,10 @@ pub(super) fn answer(
             look(shared);
         }
         WebAsked::Order(order) => {
-            let refused = reorder(&order, revision, shared)?;
-            let mut state = shared.state().document();
-            // An answer like any other: the question was good.
-            state["refused"] = refused.unwrap_or(Value::Null);
-            return Ok(document(&state));
+            return reorder(&order, revision, shared).map(|refused| with_state(refused, shared));
         }
         WebAsked::Cuts(cuts) => {
-            let refused = cut(&cuts, revision, shared)?;
-            let mut state = shared.state().document();
-            state["refused"] = refused.unwrap_or(Value::Null);
-            return Ok(document(&state));
+            return cut(&cuts, revision, shared).map(|refused| with_state(refused, shared));
         }
         WebAsked::Save => save(revision, shared)?,
         WebAsked::Upload(name) => {
@@ -135,6 +128,19 @@ fn opened(name: &str, length: u64, body: &mut dyn Read, shared: &Shared) -> Resu
     Ok(())
 }
 
+/// The state, and what the command has said against a change: an answer like any other, since the question was good.
+fn with_state(refused: Option<Value>, shared: &Shared) -> WebReply {
+    let mut state = shared.state().document();
+    state["refused"] = refused.unwrap_or(Value::Null);
+    document(&state)
+}
+
+/// The document that a short command prints.
+fn said(words: &[String], shared: &Shared) -> Result<Value, WorkbenchError> {
+    let (_, out, _) = runs::ask(&shared.folder, words).map_err(|source| WorkbenchError::NotStarted { source })?;
+    serde_json::from_str(&out).map_err(|_| WorkbenchError::Crashed)
+}
+
 /// Prints in another order, if the command has a plan for it; else what it says of it.
 fn reorder(order: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, WorkbenchError> {
     let (words, way) = {
@@ -147,8 +153,7 @@ fn reorder(order: &str, revision: &str, shared: &Shared) -> Result<Option<Value>
     };
     // The page shows why not, and nothing of what would help: looking for that takes as long again.
     let words = [words, vec!["--no-remedies".to_owned()]].concat();
-    let (_, out, _) = runs::ask(&shared.folder, &words).map_err(|source| WorkbenchError::NotStarted { source })?;
-    let document: Value = serde_json::from_str(&out).map_err(|_| WorkbenchError::Crashed)?;
+    let document = said(&words, shared)?;
     if !document["slots"].is_array() {
         let said = document["summary"].as_str().or(document["error"].as_str());
         let texts: Vec<&Value> =
@@ -174,8 +179,7 @@ fn cut(cuts: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, Wor
         state.seen(revision)?;
         (state.project.target(&change, &state.names)?.split()?, state.project.basis())
     };
-    let (_, out, _) = runs::ask(&shared.folder, &words).map_err(|source| WorkbenchError::NotStarted { source })?;
-    let document: Value = serde_json::from_str(&out).map_err(|_| WorkbenchError::Crashed)?;
+    let document = said(&words, shared)?;
     if !document["planes"].is_array() || document["refused_cut"].is_u64() {
         let said = document["reasons"].get(0).or(document.get("error"));
         return Ok(Some(json!({"error": said, "code": document["code"], "cut": document["refused_cut"]})));

@@ -120,13 +120,13 @@ impl Prepare {
                 Err(Failure::Usage(format!("--way {} contradicts --{flag} never; remove one of them", self.way)))
             }
             None if self.cut.is_empty() => Ok(only),
-            None => match (only, self.split == "never") {
-                (None | Some(Way::Cut), false) => Ok(Some(Way::Cut)),
-                (_, true) => Err(Failure::Usage("--cut contradicts --split never; remove one of them".to_owned())),
-                (Some(_), _) => {
-                    Err(Failure::Usage(format!("--cut contradicts --way {}; remove one of them", self.way)))
-                }
-            },
+            None if self.split == "never" => {
+                Err(Failure::Usage("--cut contradicts --split never; remove one of them".to_owned()))
+            }
+            None if only.is_some_and(|way| way != Way::Cut) => {
+                Err(Failure::Usage(format!("--cut contradicts --way {}; remove one of them", self.way)))
+            }
+            None => Ok(only),
         }
     }
 }

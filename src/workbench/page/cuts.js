@@ -26,12 +26,15 @@ const found = (state) => (cutting.asked ? [] : (state.cut?.planes ?? []).slice(s
 /** Whether cuts can be chosen: of one solid as it was drawn. */
 const possible = (state) => state.models.length === 1 && state.models[0].copies === 1 && state.up === 'auto' && state.models[0].inspected?.parts?.length === 1;
 
+/** Whether a chosen cut is the one that was refused; all of them, where nobody says which. */
+const isBad = (k) => cutting.refused !== null && (cutting.refused.cut ?? k) === k;
+
 /** Every plane, to be drawn: its normal, where it is along that, and what it is. */
 export function planes(state) {
   if (!possible(state)) return [];
   const of = (pin, k) => {
-    const { normal, offset } = read(pin), bad = cutting.refused && (cutting.refused.cut ?? k) === k;
-    return { normal: unit(normal), offset: Number(cutting.held?.k === k ? cutting.held.offset : offset), kind: bad ? 'bad' : 'chosen' };
+    const { normal, offset } = read(pin);
+    return { normal: unit(normal), offset: Number(cutting.held?.k === k ? cutting.held.offset : offset), kind: isBad(k) ? 'bad' : 'chosen' };
   };
   return [...chosen(state).map(of), ...found(state).map(({ normal, offset_mm: offset }) => ({ normal, offset, kind: 'found' }))];
 }
@@ -50,16 +53,16 @@ function along(normal) {
 
 function chosenRow(state, pin, k) {
   const { normal, offset } = read(pin), [low, high] = span(state, normal), seam = cutting.asked ? null : state.cut?.planes[k]?.seam_mm2;
-  const bad = cutting.refused && (cutting.refused.cut ?? k) === k, name = TEXTS.plane(k + 1);
-  const at = { min: short(low), max: short(high), step: '0.5', value: offset, 'data-offset': k, disabled: cutting.waits };
+  const name = TEXTS.plane(k + 1);
+  const at = { min: short(low), max: short(high), step: 'any', value: offset, 'data-offset': k, disabled: cutting.waits, 'aria-label': TEXTS.cutAt(name) };
   return h(
     'li',
-    { id: `cut-${k}`, class: `card cut ${bad ? 'bad' : 'chosen'}` },
+    { id: `cut-${k}`, class: `card cut ${isBad(k) ? 'bad' : 'chosen'}` },
     h('div', { class: 'card-head' }, h('strong', { text: `${name}: ${along(normal)}` }),
       button('uncut', '×', { id: `uncut-${k}`, class: 'quiet round', 'data-cut': k, disabled: cutting.waits, 'aria-label': TEXTS.removeCut(name), title: TEXTS.removeCut(name) })),
     h('div', { class: 'row' },
-      h('input', { id: `slide-${k}`, type: 'range', ...at, step: 'any', 'aria-label': TEXTS.cutAt(name) }),
-      h('input', { id: `offset-${k}`, type: 'number', ...at, step: 'any', 'aria-label': TEXTS.cutAt(name) })),
+      h('input', { id: `slide-${k}`, type: 'range', ...at }),
+      h('input', { id: `offset-${k}`, type: 'number', ...at })),
     typeof seam === 'number' && h('span', { class: 'soft', text: TEXTS.seamOf(number(seam, 0)) }),
   );
 }

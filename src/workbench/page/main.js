@@ -77,22 +77,25 @@ const ACTIONS = {
   },
 };
 
+/** Asks for a change that the command may refuse: why, or null where it was made. */
+async function refusal(path, value) {
+  try {
+    toast(null);
+    const { refused, ...state } = await post(path, { revision: page.state.revision, value });
+    hear(state);
+    return refused;
+  } catch (error) {
+    if (error.code === 'workbench/old-revision') hear(await get('state'));
+    return { error: error.message, code: error.code, reasons: [] };
+  }
+}
+
 /** Asks for another order of the prints, and for nothing where a card is where it was. */
 async function reorder(card, to) {
   const cards = page.state.timeline && !asked.cards && moved(page.state, card, to);
   if (!cards) return;
   const focus = document.activeElement?.id;
-  await ask(cards, card, async (value) => {
-    try {
-      toast(null);
-      const { refused, ...state } = await post('order', { revision: page.state.revision, value });
-      hear(state);
-      return refused;
-    } catch (error) {
-      if (error.code === 'workbench/old-revision') hear(await get('state'));
-      return { error: error.message, code: error.code, reasons: [] };
-    }
-  }, show);
+  await ask(cards, card, (value) => refusal('order', value), show);
   if (asked.refused) byId('order-why')?.scrollIntoView({ block: 'nearest' });
   // A button that was off meanwhile has lost it.
   if (focus) (byId(focus)?.disabled ? byId(`print-${card}`)?.querySelector('button:not(:disabled)') : byId(focus))?.focus();
@@ -102,17 +105,7 @@ async function reorder(card, to) {
 async function recut(pins) {
   if (!pins || cutting.waits) return;
   const focus = document.activeElement?.id;
-  await askCuts(pins, async (value) => {
-    try {
-      toast(null);
-      const { refused, ...state } = await post('cuts', { revision: page.state.revision, value });
-      hear(state);
-      return refused;
-    } catch (error) {
-      if (error.code === 'workbench/old-revision') hear(await get('state'));
-      return { error: error.message, code: error.code, cut: null };
-    }
-  }, show);
+  await askCuts(pins, (value) => refusal('cuts', value), show);
   if (cutting.refused) byId('cut-why')?.scrollIntoView({ block: 'nearest' });
   if (focus) byId(focus)?.focus();
 }

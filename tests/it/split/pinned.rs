@@ -191,6 +191,7 @@ fn prepare_says_why_a_cut_is_not_made_and_leaves_no_file() {
         (&["block.stl", "--cut", "0,0,1,10", "--way", "supports"], "command/usage: --cut | --way supports"),
         (&["block.stl", "--cut", "0,0,1,10", "--split", "never"], "command/usage: --cut | --split never"),
         (&["block.stl", "--cut", "0,0,1,10", "--up", "0,1,0"], "setting/arranged-cut: --cut | trunnion split"),
+        (&["out.parts.3mf", "--cut", "0,0,1,10"], "command/usage: --cut | out.parts.3mf | -o"),
         (&["block.stl*2", "--cut", "0,0,1,10"], "setting/arranged-cut: --cut | trunnion split"),
         (&["pair.stl", "--cut", "0,0,1,10"], "strategy/not-one-solid: 2 closed parts"),
     ] {
