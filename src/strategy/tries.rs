@@ -529,7 +529,8 @@ impl Tries<'_> {
     fn explained(mut self) -> Result<PlannedSomehow, StrategyError> {
         if !self.ways.allow(Way::AsDrawn) {
             let (only, for_order) = (self.ways.only, self.for_order);
-            return Err(StrategyError::NoWay(Box::new(NoWay { only, for_order, ways: self.tried })));
+            let for_cuts = !self.ways.cuts.is_empty();
+            return Err(StrategyError::NoWay(Box::new(NoWay { only, for_order, for_cuts, ways: self.tried })));
         }
         let turned = may_turn(self.models, &self.sets[0]) && !self.ways.allow(Way::Turned);
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);

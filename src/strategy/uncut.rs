@@ -107,8 +107,6 @@ fn because(against: Against) -> &'static str {
         Against::Head => "would make the head hit the remaining part or the table, or exceed an axis limit",
         Against::Gain => "would gain nothing",
         Against::Budget => "would save too little over another way to print it",
-        Against::Nothing => {
-            "takes nothing: nothing that is left lies there beyond the plane, and what an earlier cut took is not cut again"
-        }
+        Against::Nothing => "takes nothing of what is left; what an earlier cut took is not cut again",
     }
 }

@@ -57,6 +57,8 @@ pub struct NoWay {
     pub only: Option<Way>,
     /// Whether nobody named it, but demanded an order of prints, which one solid has only where it is cut.
     pub for_order: bool,
+    /// Whether it was cut as somebody has decided.
+    pub for_cuts: bool,
     /// All that were tried, with why not.
     pub ways: Vec<TriedWay>,
 }
@@ -72,6 +74,12 @@ impl Display for NoWay {
             return write!(
                 f,
                 "--order needs parts, and this solid cannot be cut into any: {whys}; without --order the cheapest way that works is taken"
+            );
+        }
+        if self.for_cuts {
+            return write!(
+                f,
+                "the model cannot be printed with these cuts: {whys}; without --cut the cheapest way that works is taken"
             );
         }
         write!(f, "--way {asked} cannot print the model: {whys}; --way auto takes the cheapest way that works")

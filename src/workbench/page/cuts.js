@@ -1,5 +1,5 @@
 // The planes along which the model is cut: those that somebody has decided, and those that the plan found. Whether one can be made is what the
-// command says: one that cannot stays where it was put, in red, with the reason.
+// command says: one that cannot stays where it was put, in red, with the reason. Lengths are mm, places those of the model's own file.
 
 import { button, choice, h, notice, number } from './parts.js';
 import { TEXTS } from './texts.js';
