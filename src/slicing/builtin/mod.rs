@@ -22,6 +22,7 @@ mod region;
 mod seam;
 mod sheets;
 mod skins;
+mod strips;
 #[cfg(test)]
 mod tests;
 mod thickness;

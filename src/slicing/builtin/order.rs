@@ -55,9 +55,8 @@ impl<'a> Order<'a> {
             let then = || if infill_first { Some(island) } else { next() };
             for bridges in [true, false] {
                 let fills = island.fills.iter().filter(|fill| (fill.feature == Feature::Bridge) == bridges);
-                let lines = fills.flat_map(|fill| fill.lines.iter().map(move |line| Piece::Line(fill, line)));
-                let gaps = gaps.iter().filter(|_| !bridges).map(|bead| Piece::Gap(bead));
-                let pieces: Vec<Piece<'_>> = lines.chain(gaps).collect();
+                let gaps = gaps.iter().filter(|_| !bridges).map(|bead| Piece::Bead(None, bead));
+                let pieces: Vec<Piece<'_>> = fills.flat_map(pieces_of).chain(gaps).collect();
                 // Behind bridges the nearest of the other lines follows.
                 let then = if bridges || pieces.is_empty() { None } else { then() };
                 let to = then.map(|island| self.begins(island)).unwrap_or_default();
@@ -137,7 +136,7 @@ impl<'a> Order<'a> {
                 self.seams.begun(starts[next][0]);
             }
             let (points, widths) = laid_from(bead, starts[next][end % 2], 0.15 * self.settings.nozzle_mm);
-            self.add_stretches(inside, bead, &points, &widths, ground);
+            self.add_stretches(inside, wall_feature(bead), &points, &widths, ground);
             if let Some(of) = outside[next] {
                 inner[of] -= 1;
                 if inner[of] == 0 {
@@ -151,16 +150,11 @@ impl<'a> Order<'a> {
     fn add_stretches(
         &mut self,
         inside: &mut Ways<'_>,
-        bead: &Bead,
+        feature: Feature,
         points: &[GridPoint],
         widths: &[f64],
         ground: Option<&Ground>,
     ) {
-        let feature = match (bead.depth, widths.is_empty()) {
-            (0, _) => Feature::OuterWall,
-            (_, false) => Feature::Gap,
-            (_, true) => Feature::InnerWall,
-        };
         let mut add = |points: &[GridPoint], width_mm: Option<f64>| {
             let stretches = ground.map_or_else(|| vec![(true, points.to_vec())], |ground| ground.split(points));
             for (supported, points) in stretches {
@@ -189,11 +183,13 @@ impl<'a> Order<'a> {
                     }
                     self.add(inside, fill.feature, points, fill.width_mm);
                 }
-                Piece::Gap(bead) => {
+                Piece::Bead(infill, bead) => {
                     let nearest = || bead.points[nearest_place(&bead.points, self.place())];
                     let start = if bead.closed { nearest() } else { ends[next][end] };
                     let (points, widths) = laid_from(bead, start, 0.0);
-                    self.add_stretches(inside, bead, &points, &widths, ground);
+                    // What hangs of infill is a bridge's, and no line along its border.
+                    let ground = ground.filter(|_| infill.is_none());
+                    self.add_stretches(inside, infill.unwrap_or(wall_feature(bead)), &points, &widths, ground);
                 }
             }
         }
@@ -256,7 +252,23 @@ fn inner_of(outside: &[Option<usize>]) -> Vec<usize> {
 #[derive(Clone, Copy)]
 enum Piece<'a> {
     Line(&'a Fill, &'a Contour),
-    Gap(&'a Bead),
+    /// A line along a border: infill's, or between walls.
+    Bead(Option<Feature>, &'a Bead),
+}
+
+/// The rows of infill, and its lines along the border.
+fn pieces_of(fill: &Fill) -> impl Iterator<Item = Piece<'_>> {
+    let rows = fill.lines.iter().map(move |line| Piece::Line(fill, line));
+    rows.chain(fill.beads.iter().map(|bead| Piece::Bead(Some(fill.feature), bead)))
+}
+
+/// What a bead of a wall is printed as.
+fn wall_feature(bead: &Bead) -> Feature {
+    match (bead.depth, bead.widths.is_empty()) {
+        (0, _) => Feature::OuterWall,
+        (_, false) => Feature::Gap,
+        (_, true) => Feature::InnerWall,
+    }
 }
 
 impl Piece<'_> {
@@ -264,8 +276,8 @@ impl Piece<'_> {
         let points = match self {
             Self::Line(_, line) => line,
             // A ring ends where it begins.
-            Self::Gap(bead) if bead.closed => return [bead.points[0]; 2],
-            Self::Gap(bead) => &bead.points,
+            Self::Bead(_, bead) if bead.closed => return [bead.points[0]; 2],
+            Self::Bead(_, bead) => &bead.points,
         };
         [points[0], points[points.len() - 1]]
     }

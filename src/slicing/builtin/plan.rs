@@ -1,19 +1,18 @@
 //! What each layer prints, before its order is chosen.
 
 use std::borrow::Cow;
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, TAU};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::hatch::Lattice;
 use super::near::Shapes;
 use super::overhang::Ground;
-use super::region::{
-    Contour, GridPoint, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, opened, pairs, perimeter_mm,
-    signed_area_mm2, units,
-};
+use super::region::{Contour, GridPoint, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, units};
 use super::seam::rearmost;
 use super::skins::{Between, Inside, Stack, inside, solids};
+use super::strips::{Strips, fitted};
 use super::walls::{Bead, Walled, walled_once};
 use super::zigzag::lines;
 use super::{Line, Lines};
@@ -49,9 +48,20 @@ pub(super) struct Path {
 /// Infill of one kind.
 pub(super) struct Fill {
     pub(super) feature: Feature,
+    /// Rows across the region.
     pub(super) lines: Vec<Contour>,
+    /// Lines along its border.
+    pub(super) beads: Arc<[Bead]>,
     /// The lines' width where it is not the usual one, mm.
     pub(super) width_mm: Option<f64>,
+}
+
+impl Fill {
+    /// A place where it may begin; `None` where it has no lines.
+    fn start(&self) -> Option<GridPoint> {
+        let along = || self.beads.first().map(|bead| &bead.points);
+        self.lines.first().or_else(along).map(|points| points[0])
+    }
 }
 
 /// A connected piece of a layer that prints something.
@@ -67,7 +77,7 @@ impl Island<'_> {
     /// Where the island begins, for choosing the next one.
     pub(super) fn start(&self) -> GridPoint {
         let wall = self.beads.first().map(|l| l.points[rearmost(&l.points)]);
-        let fill = || self.fills.first().map(|f| f.lines[0][0]);
+        let fill = || self.fills.first().and_then(Fill::start);
         wall.or_else(fill).unwrap_or_default()
     }
 }
@@ -106,6 +116,7 @@ pub(super) fn planned<'a>(
     // What is printed first lies on what is there, even where layers below it were too narrow to print.
     let prints = |at: &usize| walls_of(*at).iter().any(|w| !w.beads.is_empty() || !w.infill.is_empty());
     let first = (0..count).find(prints).unwrap_or(0);
+    let strips = Strips::default();
     let layer = |at: usize| {
         let line = lines.at(at);
         let under = at.checked_sub(1).filter(|_| at > first);
@@ -122,7 +133,7 @@ pub(super) fn planned<'a>(
             shape,
             centre: &w.centre,
             beads: &w.beads,
-            fills: fills(i, at, &between(&i.solid), line, s),
+            fills: fills(i, at, &between(&i.solid), &strips, line, s),
         });
         let printing = islands.filter(|island| !island.beads.is_empty() || !island.fills.is_empty()).collect();
         PlannedLayer { islands: printing, ground: carrier.as_deref().and_then(|below| ground(stack, at, below, line)) }
@@ -145,7 +156,14 @@ fn ground(stack: &Stack<'_>, at: usize, below: &Region, line: &Line) -> Option<G
     (area_mm2(&air) > 0.0).then(|| Ground::new(&grown(below, line.width / 2)))
 }
 
-fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &SliceSettings) -> Vec<Fill> {
+fn fills(
+    inside: &Inside,
+    at: usize,
+    between: &Between<'_>,
+    strips: &Strips,
+    line: &Line,
+    s: &SliceSettings,
+) -> Vec<Fill> {
     let angle = if at.is_multiple_of(2) { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 };
     let solids = solids(&inside.solid, between, line, units(s.anchor_mm));
     let mut fills = Vec::new();
@@ -159,7 +177,12 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
     }
     let anywhere = |_: &[GridPoint]| true;
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
-        fills.extend(region.iter().map(|shape| solid(feature, shape, fitted(shape, angle, line), line, s, anywhere)));
+        fills.extend(region.iter().map(|shape| {
+            let rows = solid(feature, shape, fitted(shape, angle, line), line, s, anywhere);
+            let turns = rows.lines.iter().map(Vec::len).sum();
+            let along = strips.along(shape, line, turns);
+            along.map_or(rows, |beads| Fill { feature, lines: Vec::new(), beads, width_mm: None })
+        }));
     }
     if s.infill > 0.0 {
         let apart = f64::from(line.spacing) / s.infill;
@@ -170,9 +193,14 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
             InfillPattern::Lines => vec![sparse(Lattice::common(angle, apart))],
             InfillPattern::Cubic => cubic(at, apart, s.layer_height_mm).map(sparse).into(),
         };
-        fills.extend(sets.into_iter().map(|lines| Fill { feature: Feature::Sparse, lines, width_mm: None }));
+        fills.extend(sets.into_iter().map(|lines| Fill {
+            feature: Feature::Sparse,
+            lines,
+            beads: Arc::default(),
+            width_mm: None,
+        }));
     }
-    fills.retain(|fill| !fill.lines.is_empty());
+    fills.retain(|fill| fill.start().is_some());
     fills
 }
 
@@ -183,30 +211,6 @@ fn cubic(layer: usize, apart: f64, layer_height_mm: f64) -> [Lattice; 3] {
     let wander = f64::from(units(layer_height_mm)) * (layer as f64 + 0.5) * FRAC_1_SQRT_2;
     [0.0, 1.0, 2.0].map(|third| Lattice::common(FRAC_PI_4 + third * TAU / 3.0, 3.0 * apart).shifted(wander))
 }
-
-/// Whole rows along a strip, and otherwise at `angle`.
-fn fitted(shape: &Shape, angle: f64, line: &Line) -> Lattice {
-    let (whole, pitch) = (vec![shape.clone()], f64::from(line.spacing));
-    let Some(along) = along_strip(shape, line) else { return Lattice::fitted(&whole, angle, pitch) };
-    // A corner that sticks out at a strip's end would have a row more, and the outer ones on the border.
-    let body = opened(&whole, line.width / 2);
-    Lattice::fitted(if body.is_empty() { &whole } else { &body }, along, pitch)
-}
-
-/// The direction of a straight strip a few lines wide: across it there would be more turns than line.
-fn along_strip(shape: &Shape, line: &Line) -> Option<f64> {
-    let [ring] = &shape[..] else { return None };
-    let longest = pairs(ring).max_by(|a, b| distance_mm(a.0, a.1).total_cmp(&distance_mm(b.0, b.1)))?;
-    let around = perimeter_mm(ring);
-    let width_mm = 2.0 * signed_area_mm2(ring) / around;
-    let is_strip = width_mm < STRIP_LINES * line.spacing_mm && distance_mm(longest.0, longest.1) > STRAIGHT * around;
-    let [x, y] = [longest.1.x - longest.0.x, longest.1.y - longest.0.y].map(f64::from);
-    is_strip.then(|| y.atan2(x).rem_euclid(PI))
-}
-
-/// A strip is narrower than so many lines, and its longest side is more than this of its border.
-const STRIP_LINES: f64 = 5.0;
-const STRAIGHT: f64 = 0.35;
 
 /// A shape filled line by line; the lines are as wide as its area asks for.
 fn solid(
@@ -227,7 +231,7 @@ fn solid(
     let full = spacing + line.width_mm - line.spacing_mm;
     let spared =
         if feature == Feature::Bridge { (1.0 - s.bridge_flow) * line.area_of(full) / line.height_mm } else { 0.0 };
-    Fill { feature, lines, width_mm: Some(full - spared) }
+    Fill { feature, lines, beads: Arc::default(), width_mm: Some(full - spared) }
 }
 
 /// So much may a line be wider or narrower than its pitch asks for, so that the plastic is what the area holds.
@@ -240,30 +244,3 @@ fn inset(pitch: i32, line: &Line, s: &SliceSettings) -> i32 {
 
 /// So much of an overlap there always is, grid units, half a micrometre: a row may lie half a pitch inside the border.
 const LEAST_OVERLAP: i32 = 5;
-
-#[cfg(test)]
-mod tests {
-    use super::super::region::enclosed;
-    use super::*;
-
-    #[test]
-    fn what_sticks_out_at_a_strips_end_gives_it_no_row_more() {
-        let line = Line::new(0.45, 0.2);
-        // 20 x 0.82 mm, and at its ends corners of 0.2 mm beyond either side.
-        let corners = [
-            (0, -2000),
-            (1500, 0),
-            (198_500, 0),
-            (200_000, -2000),
-            (200_000, 10_200),
-            (198_500, 8200),
-            (1500, 8200),
-            (0, 10_200),
-        ];
-        let strip = enclosed(&[corners.map(|(x, y)| GridPoint::new(x, y)).to_vec()]);
-        let lattice = fitted(&strip[0], FRAC_PI_4, &line);
-        let rows = lines(&strip, lattice, 0, |_| false);
-        let inside: Vec<i32> = rows.iter().map(|row| row[0].y).filter(|y| (0..=8200).contains(y)).collect();
-        assert!(inside.len() == 2 && inside.iter().all(|y| (1900..=6300).contains(y)), "{inside:?}");
-    }
-}

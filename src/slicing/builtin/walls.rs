@@ -3,6 +3,8 @@
 //! Where a piece is wide, its walls are whole lines, one inside the other; where it is narrow, `narrow` gives it beads of its own width.
 //! Both are joined to one line where their ends meet.
 
+use std::ops::RangeInclusive;
+
 use super::Line;
 use super::join::{joined, unfolded};
 use super::narrow::{GapFit, Narrow, Stretch, on_grid};
@@ -25,6 +27,7 @@ pub(super) struct Bead {
 }
 
 /// One connected piece of a layer.
+#[derive(Default)]
 pub(super) struct Walled {
     /// Its walls; outer ones first.
     pub(super) beads: Vec<Bead>,
@@ -105,36 +108,53 @@ impl Walled {
 
 /// Walls of a shape: the first half a line width inside its border, the others one spacing apart.
 fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
-    let mut zone: Region = vec![shape.clone()];
-    let mut found = Walled { beads: Vec::new(), centre: Region::new(), infill: Region::new(), lost: Region::new() };
-    if walls == 0 {
-        found.infill = grown(&zone, (line.spacing - line.width) / 2);
-        return found;
+    let mut found = Walled::default();
+    let zone: Region = vec![shape.clone()];
+    found.infill = match walls {
+        0 => grown(&zone, (line.spacing - line.width) / 2),
+        _ => found.inward(zone, 0..=walls, line),
+    };
+    found
+}
+
+/// Lines along the border of a shape that lies between walls, one inside the other; and what they leave.
+pub(super) fn concentric(shape: &Shape, line: &Line, count: u32) -> (Vec<Bead>, Region) {
+    let mut found = Walled::default();
+    let left = found.inward(vec![shape.clone()], 1..=count + 1, line);
+    (found.beads, left)
+}
+
+impl Walled {
+    /// Walls from the border of a zone inward, and what they leave of it; behind the last one narrow pieces alone are filled.
+    fn inward(&mut self, mut zone: Region, depths: RangeInclusive<u32>, line: &Line) -> Region {
+        let walls = *depths.end();
+        for depth in depths {
+            zone = self.next_wall(zone, depth, depth < walls, line);
+        }
+        zone
     }
-    for depth in 0..=walls {
+
+    /// The wall along the border of a zone, and what lies inside it; of whole lines it has some only where that is `wanted`.
+    fn next_wall(&mut self, zone: Region, depth: u32, wanted: bool, line: &Line) -> Region {
         let fit = line.fit(depth);
         let pieces = narrow_pieces(&zone, &fit);
         let inset = if depth == 0 { line.width / 2 } else { line.spacing / 2 };
-        // Behind the last wall whole lines are infill's.
-        let centre = if depth < walls { grown(&zone, -inset) } else { Region::new() };
+        let centre = if wanted { grown(&zone, -inset) } else { Region::new() };
         if depth == 0 {
-            found.centre.clone_from(&centre);
+            self.centre.clone_from(&centre);
         }
         if pieces.is_empty() {
-            found.beads.extend(centre.iter().flatten().map(|ring| whole(ring, depth)));
-            zone = if depth < walls { grown(&centre, -line.spacing / 2) } else { zone };
-            continue;
+            self.beads.extend(centre.iter().flatten().map(|ring| whole(ring, depth)));
+            return if wanted { grown(&centre, -line.spacing / 2) } else { zone };
         }
-        let (filled, ends) = with_narrow(&zone, &pieces, &centre, depth, line, &mut found);
+        let (filled, ends) = with_narrow(&zone, &pieces, &centre, depth, line, &mut self.beads);
         if depth == 0 {
             let lost = minus(&minus(&pieces, &or(&filled, &ends)), &grown(&centre, inset));
-            found.lost = lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()).collect();
+            self.lost = lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()).collect();
         }
-        let inner = if depth < walls { grown(&centre, -line.spacing / 2) } else { zone };
-        zone = opened(&minus(&inner, &filled), units(fit.least) / 2);
+        let inner = if wanted { grown(&centre, -line.spacing / 2) } else { zone };
+        opened(&minus(&inner, &filled), units(fit.least) / 2)
     }
-    found.infill = zone;
-    found
 }
 
 impl Line {
@@ -177,14 +197,14 @@ fn with_narrow(
     centre: &Region,
     depth: u32,
     line: &Line,
-    found: &mut Walled,
+    beads: &mut Vec<Bead>,
 ) -> (Region, Region) {
     let narrow = Narrow::new(zone, pieces, line.fit(depth));
     let inset = if depth == 0 { line.width_mm } else { line.spacing_mm } / 2.0;
     let (mut stretches, mut filled) = narrow.beads(zone);
     for ring in centre.iter().flatten() {
         match wide_stretches(ring, &narrow, inset, line.width_mm) {
-            None => found.beads.push(whole(ring, depth)),
+            None => beads.push(whole(ring, depth)),
             Some(wide) => stretches.extend(wide),
         }
     }
@@ -212,7 +232,7 @@ fn with_narrow(
     });
     let ends = enclosed(&ends.map(|(p, width)| about(p, *width)).collect::<Vec<_>>());
     let laid = lines.iter().flat_map(|line| unfolded(line.thinned())).filter(|line| line.points.len() > 1);
-    found.beads.extend(laid.map(|line| line.bead(depth)));
+    beads.extend(laid.map(|line| line.bead(depth)));
     (filled, ends)
 }
 

@@ -105,3 +105,20 @@ fn a_narrow_strip_is_filled_along_it() {
         assert!(across.abs() < 0.01 * line.length(), "{:?} to {:?}", line.from, line.to);
     }
 }
+
+#[test]
+fn what_lies_between_the_walls_of_a_box_is_filled_along_them() {
+    // 3 mm of wall: two lines from either side, and 1.2 mm between them.
+    let outer = [[120.0, 120.0], [180.0, 120.0], [180.0, 160.0], [120.0, 160.0]];
+    let inner = [[123.0, 123.0], [177.0, 123.0], [177.0, 157.0], [123.0, 157.0]];
+    let walls = together(&[prism(&outer, 0.0, 4.0), inside_out(&prism(&inner, 0.0, 4.0))]);
+    let (_, lines) = sliced(&walls, &SliceSettings::default());
+    let layers: Vec<f64> = (1..=20).map(|layer| f64::from(layer) * 0.2).collect();
+    for z in layers {
+        let here: Vec<&Extrusion> = lines.iter().filter(|l| (l.to[2] - z).abs() < 1e-6).collect();
+        let infill = here.iter().filter(|l| l.kind.contains("olid infill")).count();
+        assert!((8..=40).contains(&infill), "{infill} moves at Z {z}");
+    }
+    let volume = volume_mm3(&lines) / ((60.0 * 40.0 - 54.0 * 34.0) * 4.0);
+    assert!((0.97..=1.01).contains(&volume), "{volume}");
+}
