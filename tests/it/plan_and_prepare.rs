@@ -293,6 +293,38 @@ impl Case {
         Self { seed, parts: vec![("ledged".to_owned(), solid.mesh())], machine, ways: PARTS }
     }
 
+    /// A box or a tube whose walls are a few lines thick, or thicker on one side, with a floor or none and ribs or none.
+    fn walled(seed: u64) -> Self {
+        let mut numbers = Numbers::seeded(4_000_000 + seed);
+        let name = MACHINES[whole(&mut numbers, MACHINES.len())];
+        let layer = hundredths(&mut numbers, 0.1, 0.3);
+        let [x, y, high] = [(12.0, 60.0), (12.0, 40.0), (3.0, 10.0)].map(|(a, b)| hundredths(&mut numbers, a, b));
+        let (thick, aside) = (hundredths(&mut numbers, 0.6, 5.0), numbers.between(-0.4, 0.4));
+        let floor = if whole(&mut numbers, 2) == 0 { hundredths(&mut numbers, 0.4, 3.0) } else { -1.0 };
+        // About the middle.
+        let (outer, inner) = if whole(&mut numbers, 2) == 0 {
+            let [wide, deep] = [x, y].map(|side| side - 2.0 * thick);
+            let inner = solids::block(wide, deep, 200.0).at(-wide / 2.0 + thick * aside, -deep / 2.0, floor);
+            (solids::block(x, y, high).at(-x / 2.0, -y / 2.0, 0.0), inner)
+        } else {
+            let sides = [6, 24, 90][whole(&mut numbers, 3)];
+            let inner = solids::rod(x / 2.0 - thick, 200.0, sides).at(thick * aside, 0.0, floor);
+            (solids::rod(x / 2.0, high, sides), inner)
+        };
+        let mut solid = outer.less(&inner);
+        for _ in 0..whole(&mut numbers, 3) {
+            let wide = hundredths(&mut numbers, 0.8, 4.0);
+            let rib = solids::block(wide, 100.0, high * 0.9).at(-wide / 2.0, -50.0, 0.0);
+            let rib = rib.about_z(numbers.between(-90.0, 90.0)).at(x * numbers.between(-0.3, 0.3), 0.0, 0.0);
+            // What of it lies inside.
+            solid = solid.and(&rib.less(&rib.less(&outer)));
+        }
+        let (walls, infill) = (1 + whole(&mut numbers, 3), [0.1, 0.3, 1.0][whole(&mut numbers, 3)]);
+        let process = format!("layer_height_mm = {layer}\nwalls = {walls}\ninfill = {infill:?}\n");
+        let machine = format!("extends = \"{name}\"\n[process]\n{process}");
+        Self { seed, parts: vec![("walled".to_owned(), solid.mesh())], machine, ways: PARTS }
+    }
+
     /// One solid as people draw them: a post with limbs at any angle, round or square, uprights on them, a ball, holes; most must
     /// be cut to be printed.
     fn united(seed: u64) -> Self {
@@ -510,6 +542,12 @@ fn ledges_that_are_planned_are_kept() {
     } else {
         skip("prusa-slicer is not installed");
     }
+}
+
+#[test]
+fn boxes_and_tubes_that_are_planned_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::walled, seeds(12, 400));
+    assert!(kept > refused, "{kept} kept, {refused} refused: the objects say nothing");
 }
 
 #[test]

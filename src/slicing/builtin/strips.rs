@@ -53,26 +53,30 @@ fn along_strip(shape: &Shape, line: &Line) -> Option<f64> {
     is_strip.then(|| y.atan2(x).rem_euclid(PI))
 }
 
+/// The lines along a strip, shared by the layers that have it; `None` for what is none.
+type Along = Option<Arc<[Bead]>>;
+
 /// The strips of a part: layers that are alike have the same ones.
 #[derive(Default)]
 pub(super) struct Strips {
-    known: Mutex<HashMap<(Shape, i32), Option<Arc<[Bead]>>>>,
+    /// By shape and width of a line.
+    known: Mutex<HashMap<(Shape, i32), Along>>,
 }
 
 impl Strips {
     /// The lines along a strip; `None` for what is none, for what such lines do not fill, and where they have more than `most` corners and ends.
-    pub(super) fn along(&self, shape: &Shape, line: &Line, most: usize) -> Option<Arc<[Bead]>> {
+    pub(super) fn along(&self, shape: &Shape, line: &Line, most: usize) -> Along {
         let beads = may_be_strip(shape, line, most).then(|| self.once(shape, line)).flatten();
         beads.filter(|beads| beads.iter().map(|bead| bead.points.len() + 1).sum::<usize>() <= most)
     }
 
-    fn once(&self, shape: &Shape, line: &Line) -> Option<Arc<[Bead]>> {
+    fn once(&self, shape: &Shape, line: &Line) -> Along {
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (shape.clone(), line.width);
         if let Some(beads) = known().get(&key) {
             return beads.clone();
         }
-        let beads: Option<Arc<[Bead]>> = strip(shape, line).map(Into::into);
+        let beads: Along = strip(shape, line).map(Into::into);
         let mut known = known();
         if known.len() < KNOWN {
             known.insert(key, beads.clone());
