@@ -52,7 +52,7 @@ pub(super) struct Fill {
     pub(super) lines: Vec<Contour>,
     /// Lines along its border.
     pub(super) beads: Arc<[Bead]>,
-    /// The lines' width where it is not the usual one, mm.
+    /// The rows' width where it is not the usual one, mm.
     pub(super) width_mm: Option<f64>,
 }
 

@@ -1,7 +1,8 @@
 //! Narrow solid pieces, as between the walls of a box: filled by lines along them.
 //!
 //! Rows across a strip turn at every pitch: a box of 3 mm walls has three times the moves, and half as much time again. Lines along its
-//! border, one inside the other, are walls by another name, and the beads in the middle are as wide as what they leave.
+//! border, one inside the other, are walls by another name, and the beads in the middle are as wide as what they leave. Grid units of 0.1
+//! micrometres where not mm.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -28,10 +29,10 @@ const MOST_OFF: f64 = 0.03;
 /// How far a line may leave its course, and how much wider or narrower a leg may be than what it replaces, mm.
 const COURSE_MM: f64 = 0.015;
 const CHANGE_MM: f64 = 0.05;
-/// Shapes that are kept for the layers above, at most: what differs in each layer takes no more memory for it.
-const KNOWN: usize = 256;
 /// So much longer may what a leg replaces be.
 const MOST_BENT: f64 = 1.01;
+/// Shapes that are kept for the layers above, at most: what differs in each layer takes no more memory for it.
+const KNOWN: usize = 256;
 
 /// Whole rows along a strip, and otherwise at `angle`.
 pub(super) fn fitted(shape: &Shape, angle: f64, line: &Line) -> Lattice {
@@ -111,6 +112,8 @@ fn strip(shape: &Shape, line: &Line) -> Option<Vec<Bead>> {
 }
 
 /// The bead with as few legs as its course and its widths allow; its plastic stays.
+///
+/// A wall's widths are kept to 0.005 mm (`walls`), since its surface is seen. In a strip that would be a leg for each 0.15 mm, more than rows have.
 fn coarser(bead: &Bead, line: &Line) -> Bead {
     let count = bead.points.len();
     let points = |leg: usize| [bead.points[leg], bead.points[(leg + 1) % count]];
