@@ -15,6 +15,7 @@ mod lost;
 mod narrow;
 mod near;
 mod nearest;
+mod onto;
 mod order;
 mod overhang;
 mod plan;
