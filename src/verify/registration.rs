@@ -40,6 +40,8 @@ const SPACING_MM: f64 = 3.0;
 const EXACT_MM: f64 = 0.8;
 /// So far below and above its middle a layer's outline may be another's, mm.
 const NEAR_MM: f64 = 0.005;
+/// What three decimals of X and Y round away, mm.
+const DECIMALS_MM: f64 = 1e-3;
 /// Pieces shorter than this are judged by the farther of their ends, mm.
 const SHORTEST_MM: f64 = 0.05;
 
@@ -296,7 +298,7 @@ fn strays(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f
         let Some([from, to]) = m.ends() else { continue };
         let half = printed.laid_width(&m, level) / 2.0;
         // A line that fills what is narrower than two of them ends on the outline, and its round end beyond.
-        let most = MOST_OUT_MM.max(half + CLOSED_MM) + offset.max(0.0);
+        let most = MOST_OUT_MM.max(half + CLOSED_MM + DECIMALS_MM) + offset.max(0.0);
         let [a, b] = [from, to].map(|p| [p.x, p.y]);
         if m.role == Role::OuterWall {
             let mm = inside(&mut search, [a, b], half - offset.min(0.0));

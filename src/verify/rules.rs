@@ -122,6 +122,7 @@ pub const RULES: [RuleStatement; 23] = [
             limit("share_of_two_layers", fill::MOST[1]),
             limit("share_of_three_layers", fill::MOST[2]),
             limit("share_of_more_layers", fill::MOST[3]),
+            limit("share_of_round_threads", fill::MOST_OF_THREADS),
             limit("share_of_a_top", fill::MOST_ON_TOP),
             limit("slit_mm", fill::SLIT_MM),
             limit("slit_layers", fill::SLIT_LAYERS as f64),

@@ -8,6 +8,7 @@
 //! No width and no factor that the file states is asked for. Shares of a layer that is full to its height; lengths in cells.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_4;
 
 use super::super::prints::PrintedPart;
 use super::super::report::Findings;
@@ -25,6 +26,10 @@ pub(in crate::verify) const MOST: [f64; 4] = [1.9, 1.55, 1.25, 1.22];
 const MANY: usize = 20;
 /// And where fewer do.
 const MOST_OF_FEW: [f64; 4] = [1.95, 1.75, 1.4, 1.4];
+/// And one layer so many times what round threads as thick as the nozzle hold: where these bridge and are anchored, a thin layer has no room
+/// for them. PrusaSlicer's and Slic3r's lie so far apart, mm.
+pub(in crate::verify) const MOST_OF_THREADS: f64 = 1.05;
+const THREADS_APART_MM: f64 = 0.05;
 /// And a top surface on a full layer: of sound files the fullest had 1.16; ironing adds up to a third.
 pub(in crate::verify) const MOST_ON_TOP: f64 = 1.5;
 /// Layers with less are as they should be.
@@ -116,7 +121,9 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
         for crowd in &layer.crowds {
             runs.entry(crowd.at).or_default().take(index, crowd);
         }
-        let over = |most: [f64; MOST.len()]| -> Vec<Over> {
+        let threads = MOST_OF_THREADS * of_threads(printed.job.profile.process.nozzle_mm, layer.height);
+        let over = |mut most: [f64; MOST.len()]| -> Vec<Over> {
+            most[0] = most[0].max(threads);
             let over = layer.crowds.iter().filter_map(|crowd| {
                 let (layers, [share, most]) = runs.get(&crowd.at)?.over(crowd.is_top, most)?;
                 Some(Over { at: crowd.at, layers, share, most })
@@ -132,6 +139,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     }
 }
 
+/// What a layer of round threads holds for its height.
+fn of_threads(nozzle_mm: f64, height_mm: f64) -> f64 {
+    FRAC_PI_4 * nozzle_mm.powi(2) / ((nozzle_mm + THREADS_APART_MM) * height_mm)
+}
+
 fn say(printed: &PrintedPart<'_>, layer: &Told, worst: &Over, findings: &mut Findings) {
     let Over { at, layers, share, most } = worst;
     add(printed, layer.line, [*share, *most], findings, || {
@@ -144,4 +156,16 @@ fn say(printed: &PrintedPart<'_>, layer: &Told, worst: &Over, findings: &mut Fin
             most * 100.0
         )
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_threads_hold_more_than_a_thin_layer_has_room_for() {
+        // A circle of 0.4 mm has 0.12566 mm2, a layer of 0.12 mm has 0.054 for each 0.45 mm.
+        assert!((of_threads(0.4, 0.12) - 0.125_664 / 0.054).abs() < 1e-5);
+        assert!(MOST_OF_THREADS * of_threads(0.4, 0.15) < MOST_OF_FEW[0] + 0.01 && of_threads(0.4, 0.2) < MOST[1]);
+    }
 }

@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::section::Segment;
-pub(super) use crowd::{MOST, MOST_ON_TOP};
+pub(super) use crowd::{MOST, MOST_OF_THREADS, MOST_ON_TOP};
 use map::{Mask, Plastic};
 pub(super) use skins::{LEAST, OVER_AIR};
 pub(super) use walls::{SLIT_LAYERS, SLIT_MM};
