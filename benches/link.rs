@@ -62,12 +62,14 @@ fn ends(protocol: Protocol) -> (Arc<Program>, SenderSettings, MachineModel) {
         extruder: b'E',
         heaters: Heaters::Off,
         turning: Default::default(),
+        head: None,
         home: Vec::new(),
     };
     let model = MachineModel {
         reading: profile.reading(),
         axes,
         limits: LinearLimits { min: Vec3::new(-150.0, -200.0, -80.0), max: Vec3::new(150.0, 200.0, 320.0) },
+        head: None,
         home_mm: [-150.0, -200.0, 320.0],
         rates: profile.trace_setting().rates,
         accelerations: profile.accelerations(),

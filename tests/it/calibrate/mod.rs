@@ -74,8 +74,9 @@ fn wrong(fit: &ChainFit, machine: &Machine) -> Vec<(Unknown, f64, bool)> {
 #[test]
 fn made_up_machines_are_found_again() {
     let mut numbers = SplitMix64::seeded(20 + soak().unwrap_or(0));
-    for (name, degrees) in
-        [("generic-ac", 0.01), ("fibr3d", 0.01), ("open5x-prusa", 0.04)].into_iter().step_by(every(3))
+    // Open5x leans by 15 degrees at most to one side, and its table is small.
+    for (name, mm, degrees) in
+        [("generic-ac", 0.02, 0.01), ("fibr3d", 0.02, 0.01), ("open5x-prusa", 0.08, 0.03)].into_iter().step_by(every(3))
     {
         let profile = shipped(name);
         let chosen = choose(&profile, &tip(), 0.003, 200, false);
@@ -106,7 +107,7 @@ fn made_up_machines_are_found_again() {
             worst[0],
             worst[1]
         ));
-        assert!(worst[0] < 0.02 && worst[1] < degrees, "{name}: {worst:?} from {} poses", chosen.poses.len());
+        assert!(worst[0] < mm && worst[1] < degrees, "{name}: {worst:?} from {} poses", chosen.poses.len());
         // 48,000 touches, of which one in 150,000 or, with three numbers each, somewhat more are left out by chance.
         assert!(left_out <= 3, "{name}: {left_out} good touches were left out");
         // 300 cases: three standard deviations are 0.038.

@@ -122,7 +122,8 @@ fn the_poses_are_visited_cold_clear_and_within_the_axes() {
         let chosen = choose(&profile, &tip(), 0.02, 40, false);
         let names: Vec<String> = chosen.poses.iter().map(|_| "it".to_owned()).collect();
         let made = visit(&profile, &chosen.poses, &names).unwrap_or_else(|no| panic!("{name}: {no}"));
-        assert!(made.left_out.iter().all(|line| line.starts_with('M')), "{:?}", made.left_out);
+        let needless = |line: &String| line.starts_with('M') || line == "G64 P0.01";
+        assert!(made.left_out.iter().all(needless), "{name}: {:?}", made.left_out);
         let seen = visited(&profile, &made.gcode);
         assert_eq!(seen.stops.len(), chosen.poses.len(), "{name}");
         assert!(seen.nearest > 2.9, "{name}: the head comes to {} mm from the table", seen.nearest);
