@@ -15,7 +15,6 @@ mod lost;
 mod narrow;
 mod near;
 mod nearest;
-mod onto;
 mod order;
 mod overhang;
 mod plan;
