@@ -211,7 +211,7 @@ mod tests {
 
     fn arc(radius: f64, count: usize) -> Vec<[f64; 2]> {
         let at = |k: usize| (TAU * k as f64 / count as f64).sin_cos();
-        (0..count).map(|k| at(k)).map(|(sin, cos)| [30.0 + radius * cos, 30.0 + radius * sin]).collect()
+        (0..count).map(at).map(|(sin, cos)| [30.0 + radius * cos, 30.0 + radius * sin]).collect()
     }
 
     fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<[f64; 2]> {
