@@ -121,9 +121,9 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
         for crowd in &layer.crowds {
             runs.entry(crowd.at).or_default().take(index, crowd);
         }
-        let threads = MOST_OF_THREADS * of_threads(printed.job.profile.process.nozzle_mm, layer.height);
-        let over = |mut most: [f64; MOST.len()]| -> Vec<Over> {
-            most[0] = most[0].max(threads);
+        let nozzle_mm = printed.job.profile.process.nozzle_mm;
+        let over = |most: [f64; MOST.len()]| -> Vec<Over> {
+            let most = with_threads(most, nozzle_mm, layer.height);
             let over = layer.crowds.iter().filter_map(|crowd| {
                 let (layers, [share, most]) = runs.get(&crowd.at)?.over(crowd.is_top, most)?;
                 Some(Over { at: crowd.at, layers, share, most })
@@ -139,9 +139,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, told: &[Told], findings: &mut Fin
     }
 }
 
-/// What a layer of round threads holds for its height.
-fn of_threads(nozzle_mm: f64, height_mm: f64) -> f64 {
-    FRAC_PI_4 * nozzle_mm.powi(2) / ((nozzle_mm + THREADS_APART_MM) * height_mm)
+/// What layers may hold; one of them what round threads do at its height.
+fn with_threads([one, more @ ..]: [f64; MOST.len()], nozzle_mm: f64, height_mm: f64) -> [f64; MOST.len()] {
+    let threads = FRAC_PI_4 * nozzle_mm.powi(2) / ((nozzle_mm + THREADS_APART_MM) * height_mm);
+    let [two, three, four] = more;
+    [one.max(MOST_OF_THREADS * threads), two, three, four]
 }
 
 fn say(printed: &PrintedPart<'_>, layer: &Told, worst: &Over, findings: &mut Findings) {
@@ -163,9 +165,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn round_threads_hold_more_than_a_thin_layer_has_room_for() {
+    fn one_thin_layer_may_hold_round_threads_and_no_other_may_hold_more() {
         // A circle of 0.4 mm has 0.12566 mm2, a layer of 0.12 mm has 0.054 for each 0.45 mm.
-        assert!((of_threads(0.4, 0.12) - 0.125_664 / 0.054).abs() < 1e-5);
-        assert!(MOST_OF_THREADS * of_threads(0.4, 0.15) < MOST_OF_FEW[0] + 0.01 && of_threads(0.4, 0.2) < MOST[1]);
+        let [one, more @ ..] = with_threads(MOST, 0.4, 0.12);
+        assert!((one - 1.05 * 0.125_664 / 0.054).abs() < 1e-5 && more == MOST[1..], "{one} {more:?}");
+        assert_eq!(with_threads(MOST, 0.4, 0.2), MOST);
+        assert_eq!(with_threads(MOST_OF_FEW, 0.4, 0.16), MOST_OF_FEW);
+        // Of a run of three the first is a thread's, the next two hold too much as well: that is found as before.
+        let run = Run { last: 2, shares: vec![2.3, 1.8, 1.8] };
+        assert_eq!(run.over(false, with_threads(MOST, 0.4, 0.12)), Some((3, [1.8, MOST[2]])));
+        let alone = |share: f64| Run { last: 0, shares: vec![share] }.over(false, with_threads(MOST, 0.4, 0.12));
+        assert_eq!((alone(2.33), alone(2.5).map(|(layers, _)| layers)), (None, Some(1)));
     }
 }
