@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::activity::Activity;
 use super::brake::Wire;
 use super::ledger::Purpose;
+use super::listen::OwnOk;
 use super::{Notice, Phase, Sender, StopReason, Time, Watch};
 use crate::link::journal::Record;
 use crate::link::protocol::Accounting;
@@ -13,6 +14,9 @@ use crate::link::settings::SenderSettings;
 
 /// Moves in hand that take longer need no full queue behind them, s.
 const SLOW_S: f64 = 2.0;
+
+/// Where one report has answered several proofs, what the others are answered, if anything, follows it within this.
+const OTHERS_FOLLOW: Time = Time::from_millis(500);
 
 /// A bed that is colder by so much than the print had it may have let go of the part, degrees Celsius.
 const COOLED_C: f64 = 10.0;
@@ -202,7 +206,9 @@ impl Sender {
         }
         let (sent, credited) = (self.ledger.cursor() - 1, self.ledger.credited());
         let proof = self.proof_in_flight();
+        let all = report && self.answers_all();
         let mut to = match (report, number) {
+            (true, _) if all => sent,
             (true, _) => proof.unwrap_or(credited),
             (false, Some(n)) => n,
             (false, None) => credited + 1,
@@ -230,6 +236,20 @@ impl Sender {
             self.ledger.prove(to);
             self.try_short_again();
         }
+        if all {
+            self.dialog.own_ok = OwnOk::Late(now + OTHERS_FOLLOW);
+        }
+    }
+
+    /// Whether a report answers whatever is under way: nothing but proofs, asked one behind the other because answers were lost, and the
+    /// printer's counter has said that it has read them all. Counted one by one, the last would want another for ever.
+    fn answers_all(&self) -> bool {
+        let mut proofs = 0;
+        let all = self.ledger.unanswered().all(|(_, purpose)| {
+            proofs += 1;
+            *purpose == Purpose::Proof
+        });
+        all && proofs > 1 && self.insisted > 0
     }
 
     /// What the bed is and was, where it has cooled since the print was broken off; asked at the first report, before anything moves.

@@ -40,6 +40,8 @@ pub(super) enum OwnOk {
     Expected,
     /// As long as nothing is under way: an `ok` that comes until then is one, and shows that this firmware sends them.
     Watched(Time),
+    /// As long as nothing is under way: until then answers come to proofs that count as answered already.
+    Late(Time),
 }
 
 impl Sender {
@@ -118,6 +120,9 @@ impl Sender {
         self.heard = now;
         if let Some(t) = report {
             self.take_heat(t);
+        }
+        if matches!(self.dialog.own_ok, OwnOk::Late(_)) {
+            return;
         }
         if number.is_none() && report.is_none() && self.dialog.own_ok != OwnOk::None {
             if matches!(self.dialog.own_ok, OwnOk::Watched(_)) {

@@ -25,6 +25,8 @@ const PAUSE: Time = Duration::from_millis(250);
 
 /// The answer to a last proof may have been lost on the way: at every fourth silence another one goes out.
 const ANOTHER_PROOF: u32 = 4;
+/// So many are without an answer at once, where no wider window allows more: the printer may be slow with the first, and its queue is short.
+const MOST_PROOFS: i64 = 3;
 
 /// Questions have numbers that no printer can take for its next line, however wrong this host may be about its count: so far beyond the last
 /// line, and not near it in 16 bits either, in which Repetier compares them.
@@ -90,13 +92,13 @@ impl Sender {
         }
     }
 
-    /// Whether the wait for a resend's own `ok` is over; says then whether this firmware sends one.
+    /// Whether the wait for a resend's own `ok`, or for late answers, is over; says then whether this firmware sends the former.
     pub(super) fn settled(&mut self, now: Time) -> bool {
-        let OwnOk::Watched(until) = self.dialog.own_ok else { return true };
+        let (OwnOk::Watched(until) | OwnOk::Late(until)) = self.dialog.own_ok else { return true };
         if now < until {
             return false;
         }
-        self.printer.ok_follows_resend = false;
+        self.printer.ok_follows_resend &= !matches!(self.dialog.own_ok, OwnOk::Watched(_));
         self.dialog.own_ok = OwnOk::None;
         true
     }
@@ -312,8 +314,11 @@ impl Sender {
         self.phase = Phase::Flow(session);
         self.heard = now;
         self.insisted += 1;
-        if self.insisted.is_multiple_of(ANOTHER_PROOF) {
-            self.own.push_back(Purpose::Proof);
+        // All that went before has been read, so that one line more finds its place however narrow the window is.
+        let room = self.ledger.in_flight() < MOST_PROOFS.max(self.settings.window_lines as i64);
+        if self.insisted.is_multiple_of(ANOTHER_PROOF) && room {
+            self.make(Purpose::Proof);
+            self.ledger.write(self.outbox.end(), &self.program);
         }
     }
 

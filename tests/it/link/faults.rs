@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use trunnion::link::sim::{Quirks, SURVIVABLE, Script, SimFault};
-use trunnion::link::{Loopback, Notice, Outcome, Protocol, StopReason};
+use trunnion::link::{Loopback, Notice, Outcome, Protocol, SenderSettings, StopReason};
 
 use super::bench_machine::{
     assert_beginning, assert_once_each, end, executed, joined, program, settings, tail, text, text_at,
@@ -63,6 +63,25 @@ fn row_00_without_a_fault_every_line_is_executed_once() {
         assert_eq!(end(&mut link), Outcome::Done, "{protocol:?}");
         assert_once_each(&program, &executed(&mut link));
         assert_eq!(link.sender.progress().resends, 0);
+    }
+}
+
+/// However narrow the window is: behind the last line only the proof that all is done is under way, and its answer may be what is lost.
+#[test]
+fn a_lost_answer_ends_no_print_in_a_narrow_window() {
+    let program = program(MARLIN, &text(MARLIN, 12));
+    for (kind, quirks) in kinds() {
+        for window_lines in [1, 2, 4] {
+            for line in 1..45 {
+                let settings = SenderSettings { window_lines, ..settings(MARLIN) };
+                let mut link = joined(&program, settings, quirks.clone(), Script::at(&[(line, SimFault::LoseOk)]));
+                link.record();
+                let why = format!("a window of {window_lines}, the answer to line {line} lost, {kind}");
+                let outcome = link.run(BOUND).unwrap_or_else(|| panic!("{why}: hangs:\n{}", tail(&link, 60)));
+                assert_eq!(outcome, Outcome::Done, "{why}:\n{}", tail(&link, 60));
+                assert_once_each(&program, &executed(&mut link));
+            }
+        }
     }
 }
 

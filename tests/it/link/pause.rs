@@ -101,7 +101,8 @@ fn a_place_that_was_not_asked_for_is_no_reason_to_stop() {
 fn layers_are_proved_through_every_fault_that_a_print_survives() {
     let faults: Vec<SimFault> = SURVIVABLE.into_iter().chain([SimFault::HangUp]).collect();
     let mut asked = 0;
-    for seed in seeds(40, 1000) {
+    // In the last of them the last line goes out again, alone as all do that do so, and its answer is lost.
+    for seed in seeds(40, 1000).chain([1_796_045_302]) {
         let file = text(Protocol::Marlin, 600);
         let program = program(Protocol::Marlin, &file);
         let settings = SenderSettings { prove_layers: true, ..settings(Protocol::Marlin) };
