@@ -5,6 +5,7 @@
 mod adhesion;
 mod arcs;
 mod bridges;
+mod carriers;
 mod comb;
 mod cut;
 mod emit;
@@ -32,6 +33,7 @@ mod zigzag;
 
 use std::f64::consts::FRAC_PI_4;
 
+use self::carriers::Printed;
 use self::cut::{Cut, cuts};
 use self::emit::Writer;
 use self::order::Order;
@@ -123,10 +125,15 @@ pub fn slice(mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob
     let lines = Lines::new(settings, job.on_table);
     let planes: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) * settings.layer_height_mm).collect();
     let mut cuts = cuts(mesh, &planes);
-    let outlines: Vec<Region> = cuts.iter_mut().map(|cut| std::mem::take(&mut cut.region)).collect();
-    let same_as = runs(&outlines, lines.first.is_some());
+    let mut outlines: Vec<Region> = cuts.iter_mut().map(|cut| std::mem::take(&mut cut.region)).collect();
+    let mut same_as = runs(&outlines, lines.first.is_some());
+    let mut walls = all_walls(&outlines, &same_as, &lines, settings.walls);
+    if let Some(widened) = (Printed { outlines: &outlines, same_as: &same_as, walls: &walls }).widened(&lines) {
+        outlines = widened;
+        same_as = runs(&outlines, lines.first.is_some());
+        walls = all_walls(&outlines, &same_as, &lines, settings.walls);
+    }
     let stack = Stack::new(&outlines, &same_as);
-    let walls = all_walls(&stack, &lines, settings.walls);
     let mut layers = planned(&stack, &walls, &lines, settings);
     let end = lost::without_crumb(&stack, &mut layers, &lines.others);
     if layers.iter().all(|layer| layer.islands.is_empty()) {

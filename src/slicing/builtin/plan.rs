@@ -90,12 +90,10 @@ pub(super) struct PlannedLayer<'a> {
 }
 
 /// The walls of every layer; equal layers share those of the lowest one.
-pub(super) fn all_walls(stack: &Stack<'_>, lines: &Lines, walls: u32) -> Vec<Vec<Walled>> {
-    let of = |at: usize| walled_once(&stack.outlines[at], lines.at(at), walls);
-    (0..stack.outlines.len())
-        .into_par_iter()
-        .map(|at| if stack.same_as[at] == at { of(at) } else { Vec::new() })
-        .collect()
+pub(super) fn all_walls(outlines: &[Region], same_as: &[usize], lines: &Lines, walls: u32) -> Vec<Vec<Walled>> {
+    let of = |at: usize| walled_once(&outlines[at], lines.at(at), walls);
+    let each = (0..outlines.len()).into_par_iter();
+    each.map(|at| if same_as[at] == at { of(at) } else { Vec::new() }).collect()
 }
 
 /// Every layer, planned.

@@ -91,6 +91,28 @@ fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
     assert!(refused(&large).to_string().contains("is narrower than"));
 }
 
+/// A rib that is thinner at its foot begins where it stands, and not where it is as thick as a bead; what is thin at its top ends before.
+#[test]
+fn a_rib_is_laid_from_its_foot_on() {
+    let rib = |thick: f64| {
+        [
+            [142.0, 150.0 - thick / 2.0],
+            [158.0, 150.0 - thick / 2.0],
+            [158.0, 150.0 + thick / 2.0],
+            [142.0, 150.0 + thick / 2.0],
+        ]
+    };
+    let plate = block([135.0, 140.0, 0.0], [165.0, 160.0, 2.0]);
+    // Layers by their tops, in tenths of a millimetre.
+    for (foot, top, from, to) in [(0.18, 0.6, 22, 60), (0.12, 0.4, 22, 60), (0.6, 0.18, 22, 52), (0.05, 0.6, 22, 60)] {
+        let mesh = together(&[plate.clone(), frustum(&rib(foot), &rib(top), 2.0, 6.0)]);
+        let (_, lines) = sliced(&mesh, &SliceSettings::default());
+        let along = lines.iter().filter(|l| l.from[2] > 2.1 && (l.to[0] - l.from[0]).abs() > 14.0);
+        let layers: Vec<i64> = along.map(|l| (l.to[2] * 10.0).round() as i64).collect();
+        assert_eq!(layers, (from..=to).step_by(2).collect::<Vec<_>>(), "{foot} mm at the foot, {top} mm at the top");
+    }
+}
+
 #[test]
 fn a_narrow_strip_is_filled_along_it() {
     // 1.3 mm between the walls, on a slant.
