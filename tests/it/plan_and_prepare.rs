@@ -554,6 +554,10 @@ fn ledges_that_are_planned_are_kept() {
 fn boxes_and_tubes_that_are_planned_are_kept() {
     let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::walled, seeds(12, 400));
     assert!(kept > refused, "{kept} kept, {refused} refused: the objects say nothing");
+    // Skins that ended between two rows of sparse infill.
+    for seed in [537, 621, 1_796_045_676] {
+        through(&SlicerChoice::BuiltIn, Case::walled, seed..seed + 1);
+    }
 }
 
 #[test]

@@ -49,10 +49,19 @@ impl Lattice {
         (x * cos + y * sin, y * cos - x * sin)
     }
 
+    /// The last row at or before `y`.
+    pub(super) fn before(&self, y: f64) -> i64 {
+        ((y - self.origin) / self.pitch - 0.5).floor() as i64
+    }
+
     /// The point of a row at `x` along it.
     pub(super) fn point(&self, x: f64, row: i64) -> GridPoint {
+        self.place(x, self.row(row))
+    }
+
+    /// The point that lies at `x` along the rows, and at `y` across them.
+    pub(super) fn place(&self, x: f64, y: f64) -> GridPoint {
         let (sin, cos) = self.angle.sin_cos();
-        let y = self.row(row);
         GridPoint::new((x * cos - y * sin).round() as i32, (x * sin + y * cos).round() as i32)
     }
 }

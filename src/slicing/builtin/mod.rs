@@ -16,6 +16,7 @@ mod lost;
 mod narrow;
 mod near;
 mod nearest;
+mod onto;
 mod order;
 mod overhang;
 mod plan;

@@ -11,7 +11,7 @@ use super::near::Shapes;
 use super::overhang::Ground;
 use super::region::{Contour, GridPoint, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, units};
 use super::seam::rearmost;
-use super::skins::{Between, Inside, Stack, inside, solids};
+use super::skins::{Between, Bridge, Inside, Stack, inside, solids};
 use super::strips::{Strips, fitted};
 use super::walls::{Bead, Walled, walled_once};
 use super::zigzag::lines;
@@ -105,12 +105,12 @@ pub(super) fn planned<'a>(
 ) -> Vec<PlannedLayer<'a>> {
     let count = stack.outlines.len();
     let walls_of = |at: usize| &walls[stack.same_as[at]];
-    let insides: Vec<Vec<Inside>> = (0..count)
+    let mut insides: Vec<Vec<Inside>> = (0..count)
         .into_par_iter()
         .map(|at| walls_of(at).iter().map(|w| inside(stack, at, &w.infill, lines.at(at), s)).collect())
         .collect();
-    let hollows: Vec<Region> =
-        insides.iter().map(|islands| islands.iter().flat_map(|i| i.hollow.clone()).collect()).collect();
+    onto_sparse_rows(&mut insides, stack, walls, lines, s);
+    let hollows = hollows(&insides);
     // What is printed first lies on what is there, even where layers below it were too narrow to print.
     let prints = |at: &usize| walls_of(*at).iter().any(|w| !w.beads.is_empty() || !w.infill.is_empty());
     let first = (0..count).find(prints).unwrap_or(0);
@@ -123,6 +123,7 @@ pub(super) fn planned<'a>(
         let reach = units(s.anchor_mm) + 2 * line.width;
         let between = |solid: &Region| Between {
             below: below.as_ref().map(|below| [0, 1].map(|i| below[i].near(solid, reach))),
+            rows: under.and_then(|below| sparse_rows(below, lines.at(below), s)),
             above: stack.near(at + 1, solid),
             goes_on: stack.are_alike(at, at + 1),
         };
@@ -137,6 +138,31 @@ pub(super) fn planned<'a>(
         PlannedLayer { islands: printing, ground: carrier.as_deref().and_then(|below| ground(stack, at, below, line)) }
     };
     (0..count).into_par_iter().map(layer).collect()
+}
+
+/// The hollow inside of every layer.
+fn hollows(insides: &[Vec<Inside>]) -> Vec<Region> {
+    insides.iter().map(|islands| islands.iter().flat_map(|i| i.hollow.clone()).collect()).collect()
+}
+
+/// Brings what is solid on sparse rows out to the next of them.
+fn onto_sparse_rows(
+    insides: &mut [Vec<Inside>],
+    stack: &Stack<'_>,
+    walls: &[Vec<Walled>],
+    lines: &Lines,
+    s: &SliceSettings,
+) {
+    let hollows = hollows(insides);
+    insides.par_iter_mut().enumerate().for_each(|(at, islands)| {
+        let Some(below) = at.checked_sub(1) else { return };
+        let [Some(rows), Some(own)] = [below, at].map(|layer| sparse_rows(layer, lines.at(layer), s)) else { return };
+        let hollow = Shapes::of(&hollows[below]);
+        for (inside, walled) in islands.iter_mut().zip(&walls[stack.same_as[at]]) {
+            let below = hollow.near(&inside.solid, 0);
+            inside.onto(&walled.infill, &below, [rows, own], lines.at(at), s);
+        }
+    });
 }
 
 /// The layer without what was too narrow to print: nothing rests on that.
@@ -162,20 +188,30 @@ fn fills(
     line: &Line,
     s: &SliceSettings,
 ) -> Vec<Fill> {
-    let angle = if at.is_multiple_of(2) { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 };
+    let angle = angle_of(at);
     let solids = solids(&inside.solid, between, line, units(s.anchor_mm));
     let mut fills = Vec::new();
-    for (region, angle) in &solids.bridges {
+    // Borders that were brought out to sparse rows run along this layer's: side by side on one lattice, no two rows lie on each other
+    // there, and none is missing.
+    let common = |angle| Lattice::common(angle, f64::from(line.spacing));
+    let is_skin = solids.bridges.iter().any(|bridge| bridge.is_on_rows);
+    for Bridge { region, angle, is_on_rows } in &solids.bridges {
         // The way from one line over air to the next lies on something, or is none.
         let carried = |way: &[GridPoint]| {
             between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)))
         };
-        let rows = |shape: &Shape| Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing));
+        let rows = |shape: &Shape| match is_on_rows {
+            true => common(*angle),
+            false => Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing)),
+        };
         fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, rows(shape), line, s, carried)));
     }
     let anywhere = |_: &[GridPoint]| true;
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
         fills.extend(region.iter().map(|shape| {
+            if is_skin {
+                return solid(feature, shape, common(angle), line, s, anywhere);
+            }
             let rows = solid(feature, shape, fitted(shape, angle, line), line, s, anywhere);
             let turns = rows.lines.iter().map(Vec::len).sum();
             let along = strips.along(shape, line, turns);
@@ -183,13 +219,12 @@ fn fills(
         }));
     }
     if s.infill > 0.0 {
-        let apart = f64::from(line.spacing) / s.infill;
         let joined = s.infill_pattern == InfillPattern::Lines;
         // Three sets joined along the same wall would lie on each other there.
         let sparse = |lattice: Lattice| lines(&inside.hollow, lattice, inset(line.spacing, line, s), |_| joined);
-        let sets = match s.infill_pattern {
-            InfillPattern::Lines => vec![sparse(Lattice::common(angle, apart))],
-            InfillPattern::Cubic => cubic(at, apart, s.layer_height_mm).map(sparse).into(),
+        let sets = match sparse_rows(at, line, s) {
+            Some(rows) => vec![sparse(rows)],
+            None => cubic(at, apart(line, s), s.layer_height_mm).map(sparse).into(),
         };
         fills.extend(sets.into_iter().map(|lines| Fill {
             feature: Feature::Sparse,
@@ -200,6 +235,22 @@ fn fills(
     }
     fills.retain(|fill| fill.start().is_some());
     fills
+}
+
+/// The direction of a layer's rows, rad from +X.
+fn angle_of(layer: usize) -> f64 {
+    if layer.is_multiple_of(2) { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 }
+}
+
+/// How far sparse rows lie apart, grid units.
+fn apart(line: &Line, s: &SliceSettings) -> f64 {
+    f64::from(line.spacing) / s.infill
+}
+
+/// A layer's sparse rows where they run one way; `None` in cubes, and where there are none.
+fn sparse_rows(layer: usize, line: &Line, s: &SliceSettings) -> Option<Lattice> {
+    let has = s.infill > 0.0 && s.infill_pattern == InfillPattern::Lines;
+    has.then(|| Lattice::common(angle_of(layer), apart(line, s)))
 }
 
 /// Where a layer cuts the faces of cubes that stand on a corner: three sets of rows with as much plastic together as one of rows `apart`.

@@ -1,10 +1,11 @@
 //! Which part of a layer's inside is solid, sparse, or a bridge.
 
 use std::borrow::Cow;
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use super::hatch::{Lattice, longest_mm};
 use super::near::Shapes;
+use super::onto::onto_rows;
 use super::region::{Region, and, area_mm2, grown, minus, opened, or, units};
 use super::{Line, bridges};
 use crate::slicing::SliceSettings;
@@ -83,7 +84,7 @@ pub(super) fn inside(stack: &Stack<'_>, at: usize, infill: &Region, line: &Line,
     let bottoms = if at == 0 { s.bottom_layers } else { s.bottom_layers.max(1) } as isize;
     let bottom = stack.uncovered(infill, at, ((here - bottoms)..here).rev());
     let skin = opened(&or(&top, &bottom), line.width / 4);
-    // A line width more on every side, so that the skin's ends lie on something; what bridges air lies on more.
+    // A line width more on every side, so that what lies beneath a wall's edge is solid too; what bridges air lies on more.
     let solid = or(&grown(&skin, line.width), &grown(&stack.air(infill, at, line), units(s.anchor_mm)));
     let solid = and(&solid, infill);
     let hollow = minus(infill, &solid);
@@ -92,6 +93,35 @@ pub(super) fn inside(stack: &Stack<'_>, at: usize, infill: &Region, line: &Line,
     }
     let (hollow, small) = without_small(hollow, s);
     Inside { solid: or(&solid, &small), hollow }
+}
+
+impl Inside {
+    /// Brings what is solid over the hollow `below` out to its sparse `rows`, so that none of its lines ends between two; the layer's own
+    /// are across these. Both share `infill`.
+    pub(super) fn onto(
+        &mut self,
+        infill: &Region,
+        below: &Region,
+        [rows, own]: [Lattice; 2],
+        line: &Line,
+        s: &SliceSettings,
+    ) {
+        loop {
+            let over = over_sparse(&self.solid, below, line);
+            let onto = onto_rows(
+                &over,
+                rows,
+                [own, Lattice::common(own.angle, f64::from(line.spacing))],
+                f64::from(line.width / 2),
+            );
+            if grown(&and(&onto, &self.hollow), -ROUNDING).is_empty() {
+                return;
+            }
+            // What is too small to stay hollow is over sparse rows as well; and no slit stays open where both met before.
+            let (hollow, _) = without_small(minus(&self.hollow, &onto), s);
+            *self = Self { solid: minus(infill, &hollow), hollow };
+        }
+    }
 }
 
 /// What is large and wide enough for sparse lines, and the rest: that would be full or hollow by luck of its place.
@@ -107,15 +137,29 @@ fn without_small(hollow: Region, s: &SliceSettings) -> (Region, Region) {
     (hollow, small)
 }
 
+/// What of `solid` lies over the `hollow` inside below it.
+fn over_sparse(solid: &Region, hollow: &Region, line: &Line) -> Region {
+    opened(&and(solid, hollow), line.width / 2)
+}
+
 /// What of `region` does not lie on `below`, but for a half line along its border.
 fn over_air(region: &Region, below: &Region, line: &Line) -> Region {
     opened(&minus(region, below), line.width / 2)
 }
 
+/// A piece that spans something.
+pub(super) struct Bridge {
+    pub(super) region: Region,
+    /// The direction of its lines, rad from +X.
+    pub(super) angle: f64,
+    /// Whether it runs straight across sparse rows: as the layer's other rows do, so that all are to lie on one lattice.
+    pub(super) is_on_rows: bool,
+}
+
 /// A solid region's lines: bridges over air and sparse infill, the top skin, and the rest.
 #[derive(Default)]
 pub(super) struct Solids {
-    pub(super) bridges: Vec<(Region, f64)>,
+    pub(super) bridges: Vec<Bridge>,
     pub(super) top: Region,
     pub(super) rest: Region,
 }
@@ -124,6 +168,8 @@ pub(super) struct Solids {
 pub(super) struct Between<'a> {
     /// What is printed below it, and the hollow inside of that.
     pub(super) below: Option<[Cow<'a, Region>; 2]>,
+    /// The sparse rows in that inside, where they run one way.
+    pub(super) rows: Option<Lattice>,
     /// The section above; as its own where that is the same.
     pub(super) above: Option<Cow<'a, Region>>,
     /// Whether the section above is the layer's own.
@@ -136,9 +182,11 @@ pub(super) fn solids(solid: &Region, between: &Between<'_>, line: &Line, anchor:
     if let Some([outline, hollow]) = &between.below {
         let air = over_air(solid, outline, line);
         found.span(&air, solid, anchor, |own| bridges::direction(own, outline), line);
-        // Sparse lines carry in any direction, and along their border walls do.
-        let sparse = opened(&and(&found.rest, hollow), line.width / 2);
-        found.span(&sparse, solid, 2 * line.width, |_| None, line);
+        let over_air = found.bridges.len();
+        // Straight across sparse rows, each span is the shortest; and along the border of what is hollow walls carry.
+        let across = between.rows.map(|rows| rows.angle + FRAC_PI_2);
+        found.span(&over_sparse(&found.rest, hollow, line), solid, 2 * line.width, |_| across, line);
+        found.bridges[over_air..].iter_mut().for_each(|bridge| bridge.is_on_rows = across.is_some());
     }
     if between.goes_on {
         return found;
@@ -179,7 +227,7 @@ impl Solids {
             let own = and(&one, air);
             let angle = if own.is_empty() { None } else { direction(&own) };
             let angle = angle.unwrap_or_else(|| shortest_span(&own, line));
-            self.bridges.push((one, angle));
+            self.bridges.push(Bridge { region: one, angle, is_on_rows: false });
         }
     }
 }

@@ -78,3 +78,52 @@ fn bridges_take_their_share_of_the_flow_and_nothing_else_does() {
     assert!(whole[0] > 20.0 && (spared[0] / whole[0] - 0.9).abs() < 0.002, "{spared:?} of {whole:?} mm3");
     assert!((spared[1] - whole[1]).abs() < 1e-3, "{spared:?} of {whole:?} mm3");
 }
+
+/// How much of a line hangs in one piece, mm, and how much at either end of it; what lies within a line of `carriers` is carried.
+fn hanging(line: &Extrusion, carriers: &[[f64; 2]]) -> [f64; 2] {
+    let steps = (line.length() / 0.1).ceil();
+    let carried = |i: i32| {
+        let t = f64::from(i) / steps;
+        let p = [0, 1].map(|c| line.from[c] + t * (line.to[c] - line.from[c]));
+        carriers.iter().any(|q| (q[0] - p[0]).hypot(q[1] - p[1]) <= 0.5)
+    };
+    let carried: Vec<bool> = (0..=steps as i32).map(carried).collect();
+    let mm = |points: usize| points as f64 * line.length() / steps;
+    let longest = carried.split(|carried| *carried).map(<[bool]>::len).max().unwrap_or(0);
+    let ends = [carried.iter().take_while(|c| !**c).count(), carried.iter().rev().take_while(|c| !**c).count()];
+    [mm(longest), mm(ends[0].max(ends[1]))]
+}
+
+/// A roof with a step, and slopes of 20 and 45 degrees.
+#[test]
+fn what_lies_on_sparse_rows_runs_from_one_to_the_next() {
+    let step = |at: f64| {
+        together(&[block([140.0, 140.0, 0.0], [170.0, 170.0, 3.0]), block([at, 140.0, 3.0], [170.0, 170.0, 6.0])])
+    };
+    let slope = |by: f64| frustum(&ring(150.0, 150.0, 16.0, 60), &ring(150.0, 150.0, 16.0 - by, 60), 0.0, 4.0);
+    for infill in [0.08, 0.1, 0.2] {
+        let settings = SliceSettings { infill, ..SliceSettings::default() };
+        let apart = region::mm(f64::from(Line::new(settings.line_width_mm, settings.layer_height_mm).spacing)) / infill;
+        for mesh in [step(153.1), step(155.3), step(157.7), slope(4.0), slope(4.0 / 20.0f64.to_radians().tan())] {
+            let (_, lines) = sliced(&mesh, &settings);
+            let mut bridges = 0;
+            for pair in layer_heights(&lines).windows(2) {
+                let above = |l: &&Extrusion| l.kind == "Bridge infill" && (l.to[2] * 1000.0).round() as i64 == pair[1];
+                let bridging: Vec<&Extrusion> = lines.iter().filter(above).filter(|l| l.length() > 1.0).collect();
+                if bridging.is_empty() {
+                    continue;
+                }
+                // Its ends overlap the layer's own walls, which are laid before.
+                let walls = lines.iter().filter(|l| l.kind.contains("erimeter")).cloned().collect::<Vec<_>>();
+                let carriers = [samples(&lines, pair[0]), samples(&walls, pair[1])].concat();
+                for line in bridging {
+                    let [longest, end] = hanging(line, &carriers);
+                    assert!(longest < apart, "{infill}: {longest} mm of {line:?} hang, rows are {apart} mm apart");
+                    assert!(end < 0.3, "{infill}: {end} mm at an end of {line:?} hang");
+                    bridges += 1;
+                }
+            }
+            assert!(bridges > 20, "{infill}: {bridges} lines over sparse rows");
+        }
+    }
+}
