@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::source::{MachineSource, ModelSource, Source};
+use super::source::{MachineSource, ModelSource, Source, near_file};
 use super::{BadExtends, BadSetting, InputError, memory};
 use crate::assembly::as_printed;
 use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
-use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
+use crate::profile::{Base, Origin, Profile, ProfileError, check_number, resolve, resolve_over, shipped};
 use crate::spelling::unnamed;
 use crate::world::World;
 
@@ -190,7 +190,8 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
                 (name.clone(), resolved)
             }
             None => {
-                let (file, text) = shipped(name).map_err(|error| error.with_own(name, own_names(world)))?;
+                let (file, text) =
+                    shipped(name).map_err(|error| not_found(error.with_own(name, own_names(world)), world))?;
                 (name.clone(), resolve(file, text)?)
             }
         },
@@ -205,6 +206,19 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
     };
     let sha256 = sha256_hex(profile.canonical().as_bytes());
     Ok(LoadedProfile { profile, origin, name, sha256, path })
+}
+
+/// Why there is no such profile: where no profile's name is near, a file's may be.
+fn not_found(error: ProfileError, world: &World<'_>) -> InputError {
+    match &error {
+        ProfileError::NoSuchProfile { name, nearest: None, .. } => {
+            match near_file(Path::new(name), world, |file| file.ends_with(".toml")) {
+                Some(near) => InputError::Absent { file: name.clone(), near: Some(near) },
+                None => error.into(),
+            }
+        }
+        _ => error.into(),
+    }
 }
 
 /// The same of a machine whose table tilts and turns.

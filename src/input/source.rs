@@ -80,11 +80,16 @@ pub(crate) fn missing(path: &Path, error: FileError, world: &World<'_>) -> Input
     if file.split_once("://").is_some_and(|(scheme, _)| ["http", "https", "ftp", "file"].contains(&scheme)) {
         return InputError::Address { address: file };
     }
+    InputError::Absent { file, near: near_file(path, world, |_| true) }
+}
+
+/// The file beside `path` whose name is near to its own, among those whose names are `right`; `None` where there is none.
+pub(super) fn near_file(path: &Path, world: &World<'_>, right: impl Fn(&str) -> bool) -> Option<String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let names = world.files.names_in(folder);
     let wanted = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let near = nearest(&wanted, names.iter().map(String::as_str)).filter(|(edits, _)| *edits <= MOST_EDITS);
-    InputError::Absent { file, near: near.map(|(_, name)| path.with_file_name(name).to_string_lossy().into_owned()) }
+    let (edits, name) = nearest(&wanted, names.iter().map(String::as_str).filter(|name| right(name)))?;
+    (edits <= MOST_EDITS).then(|| path.with_file_name(name).to_string_lossy().into_owned())
 }
 
 impl<P: AsRef<Path> + ?Sized> From<&P> for Source {

@@ -10,7 +10,7 @@ use crate::pipeline::fixture;
 use crate::support::{error_in, fails, folder as new_folder, said, trunnion};
 
 /// What is typed, the code, and what has to be in the words that answer.
-const MISTAKES: [(&str, &str, &str); 21] = [
+const MISTAKES: [(&str, &str, &str); 22] = [
     ("prepre a.stl", "command/usage", "'prepare'"),
     ("prepare a.stl --machin generic-ac", "command/usage", "'--machine'"),
     ("prepare a.stl -m generic-ac --way uncut -o x.gcode", "command/usage", "turned-supports"),
@@ -19,6 +19,7 @@ const MISTAKES: [(&str, &str, &str); 21] = [
     ("prepare a.stl -m open5x", "profile/no-such-profile", "open5x-prusa"),
     ("prepare a.stl -m prusa", "profile/no-such-profile", "open5x-prusa"),
     ("prepare a.stl -m voron0", "profile/no-such-profile", "open5x-voron0"),
+    ("prepare a.stl -m bad.tml", "input/absent", "bad.toml"),
     ("prepare a.stl -m bad.toml", "profile/unknown-key", "process.layer_height_mm"),
     ("prepare a.stl", "command/usage", "profile list"),
     ("plan a.stl", "command/usage", "profile new"),
