@@ -57,7 +57,7 @@ pub(super) enum JobWord {
 }
 
 /// Names and sources of the page's files. The renderer is the preview's own.
-pub(super) const FILES: [(&str, &str); 16] = [
+pub(super) const FILES: [(&str, &str); 17] = [
     ("/", include_str!("page/index.html")),
     ("/page/style.css", include_str!("page/style.css")),
     ("/page/main.js", include_str!("page/main.js")),
@@ -71,6 +71,7 @@ pub(super) const FILES: [(&str, &str); 16] = [
     ("/page/print.js", include_str!("page/print.js")),
     ("/page/order.js", include_str!("page/order.js")),
     ("/page/cuts.js", include_str!("page/cuts.js")),
+    ("/page/planes.js", include_str!("page/planes.js")),
     ("/page/foot.js", include_str!("page/foot.js")),
     ("/page/icon.svg", include_str!("page/icon.svg")),
     ("/view/renderer.js", crate::view::RENDERER),

@@ -2,10 +2,14 @@
 // command says: one that cannot stays where it was put, in red, with the reason. Lengths are mm, places those of the model's own file.
 
 import { button, choice, h, notice, number } from './parts.js';
+import { anglesOf, leaning, settled, stopBeside } from './planes.js';
 import { TEXTS } from './texts.js';
 
-/** What is shown beside the state: cuts that are asked for, and why they were refused; where a plane is while its slider is held. */
-export const cutting = { asked: null, waits: false, refused: null, held: null };
+/**
+ * What is shown beside the state: cuts that are asked for, and why they were refused; where a plane is while its slider or its arrow is held; and, of the
+ * picture, where planes of a direction lie along the model.
+ */
+export const cutting = { asked: null, waits: false, refused: null, held: null, stops: () => [] };
 
 /** The words of a cut, as `--cut` has them: numbers stay as they are written. */
 function read(pin) {
@@ -16,6 +20,7 @@ function read(pin) {
 const write = ({ normal, offset, points }) => [[...normal, offset].join(), ...points].join('@');
 const unit = (normal) => { const v = normal.map(Number), long = Math.hypot(...v); return v.map((x) => x / long); };
 const short = (value) => String(Number(value.toFixed(4)));
+const inHundredths = (degrees) => Number(degrees.toFixed(2));
 
 /** The chosen cuts as they are shown now: as they are, or as somebody has just put them. */
 const chosen = (state) => cutting.asked ?? state.cuts;
@@ -48,21 +53,27 @@ function span(state, normal) {
 
 function along(normal) {
   const n = unit(normal), axis = n.findIndex((v) => Math.abs(v) > 1 - 1e-9);
-  return axis < 0 ? n.map((v) => v.toFixed(2)).join(' ') : `${n[axis] < 0 ? '-' : '+'}${'XYZ'[axis]}`;
+  if (axis >= 0) return `${n[axis] < 0 ? '-' : '+'}${'XYZ'[axis]}`;
+  const { lean, towards } = anglesOf(n);
+  return TEXTS.leaning(number(lean, 0), number(towards, 0));
 }
 
 function chosenRow(state, pin, k) {
   const { normal, offset } = read(pin), [low, high] = span(state, normal), seam = cutting.asked ? null : state.cut?.planes[k]?.seam_mm2;
-  const name = TEXTS.plane(k + 1);
+  const name = TEXTS.plane(k + 1), stops = cutting.stops(unit(normal)), angles = anglesOf(unit(normal));
   const at = { min: short(low), max: short(high), step: 'any', value: offset, 'data-offset': k, disabled: cutting.waits, 'aria-label': TEXTS.cutAt(name) };
+  const angle = (which, min, max) => h('label', { class: 'field', for: `${which}-${k}`, title: TEXTS.cutAngleTitles[which] }, h('span', { text: TEXTS.cutAngles[which] }),
+    h('input', { id: `${which}-${k}`, type: 'number', min, max, step: 5, value: inHundredths(angles[which]), 'data-angle': which, 'data-cut': k, disabled: cutting.waits, 'aria-label': `${name}, ${TEXTS.cutAngleTitles[which]}` }));
   return h(
     'li',
     { id: `cut-${k}`, class: `card cut ${isBad(k) ? 'bad' : 'chosen'}` },
     h('div', { class: 'card-head' }, h('strong', { text: `${name}: ${along(normal)}` }),
       button('uncut', '×', { id: `uncut-${k}`, class: 'quiet round', 'data-cut': k, disabled: cutting.waits, 'aria-label': TEXTS.removeCut(name), title: TEXTS.removeCut(name) })),
     h('div', { class: 'row' },
-      h('input', { id: `slide-${k}`, type: 'range', ...at }),
+      h('input', { id: `slide-${k}`, type: 'range', list: `stops-${k}`, title: TEXTS.cutSlide, 'aria-keyshortcuts': 'PageUp PageDown', ...at }),
       h('input', { id: `offset-${k}`, type: 'number', ...at })),
+    h('datalist', { id: `stops-${k}` }, stops.map((stop) => h('option', { value: stop }))),
+    h('div', { class: 'row' }, angle('lean', 0, 180), angle('towards', 0, 360)),
     typeof seam === 'number' && h('span', { class: 'soft', text: TEXTS.seamOf(number(seam, 0)) }),
   );
 }
@@ -109,13 +120,40 @@ function inOrder(pins) {
   return made;
 }
 
-/** The cuts with one more. */
-export const added = (state, normal, offset) => inOrder([...chosen(state), write({ normal, offset: offset ?? short(span(state, normal).reduce((a, b) => a + b) / 2), points: [] })]);
+/** The cuts with one more: last where that can be, and else the later the better, for a plane through what another one cuts off has to come before that. */
+export function added(state, normal, offset) {
+  const pin = write({ normal, offset: offset ?? short(span(state, normal).reduce((a, b) => a + b) / 2), points: [] });
+  const usual = inOrder([...chosen(state), pin]), place = usual.indexOf(pin), rest = usual.filter((_, i) => i !== place);
+  const before = (at) => [...rest.slice(0, at), pin, ...rest.slice(at)];
+  return [usual, ...rest.slice(0, place).map((_, k) => before(place - 1 - k))];
+}
 
 /** The cuts with one that the plan found. */
 export const pinned = (state, k) => inOrder([...state.cuts, state.cut.planes[k].pin]);
 
 export const without = (state, k) => chosen(state).filter((_, i) => i !== k);
+
+/** Where a plane that is moved by hand comes to lie: along a face or an edge that is near. */
+export function settledAt(state, k, offset) {
+  const { normal } = read(chosen(state)[k]), [low, high] = span(state, normal);
+  return settled(offset, cutting.stops(unit(normal)), high - low);
+}
+
+/** Where the next face or edge behind a plane is (`by` 1), or before it (-1); null where there is none. */
+export function besideOf(state, k, by) {
+  const { normal, offset } = read(chosen(state)[k]);
+  return stopBeside(Number(offset), cutting.stops(unit(normal)), by);
+}
+
+/** The cuts with one of them turned about `middle`, the middle of what it cuts, which is a function of where it is. */
+export function turnedTo(state, k, which, value, middle) {
+  const pins = [...chosen(state)], { normal, offset, points } = read(pins[k]), before = anglesOf(unit(normal));
+  if (value === '' || !Number.isFinite(Number(value)) || Number(value) === inHundredths(before[which])) return null;
+  const turned = leaning({ ...before, [which]: Number(value) }), through = middle(unit(normal), Number(offset));
+  if (!through) return null;
+  pins[k] = write({ normal: turned, offset: short(turned.reduce((sum, v, i) => sum + v * through[i], 0) + 0), points });
+  return pins;
+}
 
 /** The cuts with one of them elsewhere along its direction; what it takes is named by points, which go with it. */
 export function movedTo(state, k, offset) {
@@ -126,11 +164,16 @@ export function movedTo(state, k, offset) {
   return inOrder(pins);
 }
 
-/** Asks for these cuts; those that cannot be made stay, with the reason. */
-export async function askCuts(pins, post, show) {
+/** Asks for these cuts, and where they cannot be made for `others` one after the other; those that cannot either stay, with the reason of the first. */
+export async function askCuts(pins, others, post, show) {
   Object.assign(cutting, { asked: pins, waits: true, refused: null, held: null });
   show();
-  const refused = await post(pins.length ? pins.join(';') : 'auto');
+  let refused = await post(pins.length ? pins.join(';') : 'auto');
+  for (const other of refused?.code === 'split/refused-cut' ? others : []) {
+    if (await post(other.join(';'))) continue;
+    refused = null;
+    break;
+  }
   Object.assign(cutting, { asked: refused ? pins : null, waits: false, refused });
   show();
 }

@@ -1,6 +1,6 @@
 // The page: rooms, what each shows of the state, and what its buttons ask for. Nothing is decided here that the command decides.
 
-import { added, askCuts, cutting, forget, movedTo, pinned, planes, without } from './cuts.js';
+import { added, askCuts, besideOf, cutting, forget, movedTo, pinned, planes, settledAt, turnedTo, without } from './cuts.js';
 import { foot } from './foot.js';
 import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
@@ -14,7 +14,7 @@ import { TEXTS } from './texts.js';
 
 const ROOMS = ['model', 'how', 'see', 'print'];
 const byId = (id) => document.getElementById(id);
-const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0 };
+const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0, slides: false };
 let scene = null;
 
 function toast(text, kind = 'bad') {
@@ -101,13 +101,22 @@ async function reorder(card, to) {
   if (focus) (byId(focus)?.disabled ? byId(`print-${card}`)?.querySelector('button:not(:disabled)') : byId(focus))?.focus();
 }
 
-/** Asks for these cuts, and for nothing where they are as they were. */
-async function recut(pins) {
+/** Asks for these cuts, or else for one of `others`, and for nothing where they are as they were. */
+async function recut(pins, others = []) {
   if (!pins || cutting.waits) return;
   const focus = document.activeElement?.id;
-  await askCuts(pins, (value) => refusal('cuts', value), show);
+  await askCuts(pins, others, (value) => refusal('cuts', value), show);
   if (cutting.refused) byId('cut-why')?.scrollIntoView({ block: 'nearest' });
-  if (focus) byId(focus)?.focus();
+  const focused = focus && byId(focus);
+  focused?.focus();
+  // It is where its plane is, and not where the pointer let it go.
+  if (focused?.type === 'range') focused.value = focused.getAttribute('value');
+}
+
+/** Asks for one more cut: without an offset across the middle. */
+function add(normal, offset) {
+  const [pins, ...others] = added(page.state, normal, offset);
+  return recut(pins, others);
 }
 
 /** Saves the project; the file can be fetched in the room of models. */
@@ -125,7 +134,27 @@ function pick(what) {
 function picked({ normal, offset }) {
   const what = scene.picking;
   if (what === 'up') change('set', { name: 'up', value: normal.map((v) => -v + 0).join() }).then(() => pick(null));
-  else recut(added(page.state, normal, offset)).then(() => pick(null));
+  else add(normal, offset).then(() => pick(null));
+}
+
+/** A plane is somewhere while somebody holds its slider or its arrow; nobody is asked before it is let go. */
+function hold(k, offset) {
+  cutting.held = { k, offset };
+  for (const id of [`slide-${k}`, `offset-${k}`]) if (byId(id) && byId(id) !== document.activeElement) byId(id).value = offset;
+  scene?.setPlanes(planes(page.state));
+}
+
+/** Where a plane comes to lie whose slider or number says so: what is typed, and what keys say, is meant to the digit. */
+const settles = ({ dataset, value }) => (page.slides ? settledAt(page.state, Number(dataset.offset), Number(value)) : value);
+
+/** The arrow of a plane was dragged: it comes to lie along a face or an edge that is near. */
+function slid(k, offset, done) {
+  if (cutting.waits) return;
+  const start = Number(byId(`offset-${k}`)?.getAttribute('value')), at = offset === start ? start : settledAt(page.state, k, offset);
+  if (!done) return hold(k, at);
+  cutting.held = null;
+  if (at === start) return show();
+  return recut(movedTo(page.state, k, at));
 }
 
 async function upload(files) {
@@ -308,21 +337,31 @@ function events() {
     } else if (target.dataset.addCut !== undefined) {
       const normal = target.value;
       target.value = '';
-      if (normal) recut(added(page.state, normal.split(',')));
+      if (normal) add(normal.split(','));
     } else if (target.dataset.offset) {
-      recut(movedTo(page.state, Number(target.dataset.offset), target.value));
+      recut(movedTo(page.state, Number(target.dataset.offset), settles(target)));
+      page.slides = false;
+    } else if (target.dataset.angle) {
+      recut(turnedTo(page.state, Number(target.dataset.cut), target.dataset.angle, target.value, (normal, offset) => scene?.middleOf(normal, offset)));
     } else if (target.dataset.copies) {
       change('copies', { index: target.dataset.copies, value: target.value });
     }
   });
+  document.addEventListener('pointerdown', ({ target }) => { page.slides = target.type === 'range'; });
   document.addEventListener('input', ({ target }) => {
     if (!target.dataset.offset || target.value === '') return;
-    cutting.held = { k: Number(target.dataset.offset), offset: target.value };
-    scene?.setPlanes(planes(page.state));
+    hold(Number(target.dataset.offset), settles(target));
   });
   document.addEventListener('keydown', (event) => {
+    page.slides = false;
     if (event.key === 'Escape' && scene?.picking) pick(null);
     if (event.ctrlKey || event.metaKey) return stepKey(event);
+    const by = event.target.type === 'range' && event.target.dataset.offset && { PageUp: 1, PageDown: -1 }[event.key];
+    if (by) {
+      const k = Number(event.target.dataset.offset), at = besideOf(page.state, k, by);
+      event.preventDefault();
+      if (at !== null && !cutting.waits) recut(movedTo(page.state, k, at));
+    }
     if (event.altKey || event.target.closest?.('input, select, textarea')) return;
     const number = ROOMS[Number(event.key) - 1], at = ROOMS.indexOf(page.room);
     const next = event.target.closest?.('[role="tab"]') && { ArrowDown: ROOMS[(at + 1) % 4], ArrowUp: ROOMS[(at + 3) % 4] }[event.key];
@@ -363,7 +402,8 @@ function begin() {
   events();
   if (!hasSecret) return toast(TEXTS.noSecret);
   try {
-    scene = new Scene(byId('canvas'), picked);
+    scene = new Scene(byId('canvas'), picked, slid);
+    cutting.stops = (normal) => scene.stops(normal);
   } catch {
     byId('no-gl').hidden = false;
   }

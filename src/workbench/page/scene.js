@@ -1,6 +1,7 @@
 // The models on the machine's table, drawn by the preview's own renderer.
 
-import { Camera, Drawing, IDENTITY, axes, cross, dot, inverted, plus, readShapes, solid, tableAt, tableGrid, turned } from '/view/renderer.js';
+import { Camera, Drawing, IDENTITY, axes, cross, dot, inverted, moved, plus, readShapes, solid, tableAt, tableGrid, turned } from '/view/renderer.js';
+import { drawn, stopsOf } from './planes.js';
 import { block } from './server.js';
 
 const INK = {
@@ -10,14 +11,17 @@ const INK = {
 const GAP_MM = 12; // between models in the picture
 const CELL_MM = 5;
 const TOUCHES_MM = 0.1; // parts that are nearer touch
-const ARROW_MM = 12; // of a plane, along its normal
-const BEYOND_MM = 3; // a plane's frame is so much larger than what it cuts
+const GRIP_PX = 12; // a plane's arrow is taken so near to it
+const FLATTEST_PX = 0.2; // an arrow that is seen from its end, a millimetre of it shorter than this, is not moved
 const STANDS_MM = 0.05; // as near to the lowest point a facet lies on the table
 
 export class Scene {
-  /** `picked` hears of a face that was clicked: the direction out of it, and how far along that it is. */
-  constructor(canvas, picked) {
-    Object.assign(this, { canvas, picked, picking: null, planes: [], lines: [], drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
+  /**
+   * `picked` hears of a face that was clicked: the direction out of it, and how far along that it is. `slid` hears of a plane whose arrow is dragged:
+   * its number, how far along its direction it would be, and whether it was let go.
+   */
+  constructor(canvas, picked, slid) {
+    Object.assign(this, { canvas, picked, slid, picking: null, planes: [], lines: [], drawing: new Drawing(canvas), camera: new Camera(), machine: null, steepest: 45, models: new Map(), order: [], asked: 0 });
     this.dark = matchMedia('(prefers-color-scheme: dark)');
     this.dark.addEventListener('change', () => this.invalidate());
     new ResizeObserver(() => this.invalidate()).observe(canvas);
@@ -82,7 +86,7 @@ export class Scene {
     };
     const outline = rimOf(hanging), rim = this.drawing.buffer(outline), rimCount = outline.length / 3;
     const edges = made.map(({ edges: one }) => ({ buffer: this.drawing.buffer(one), count: one.length / 3 }));
-    return { low, high, turn, triangles: made.map(({ triangles }) => triangles), rim, rimCount, held: joined(held), hanging: joined(hanging), edges, shift: [0, 0, 0] };
+    return { low, high, turn, triangles: made.map(({ triangles }) => triangles), sharp: made.map(({ edges: one }) => one), stops: new Map(), rim, rimCount, held: joined(held), hanging: joined(hanging), edges, shift: [0, 0, 0] };
   }
 
   /** Side by side on the middle of the table, for the picture. */
@@ -140,7 +144,12 @@ export class Scene {
       // Seen through the part: what is steep looks down.
       drawing.lines(model.rim, model.rimCount, ink.hangs, 1, own, 0.03);
     }
-    this.lines.forEach(({ points, kind }) => drawing.loose(points, ink[kind], 1, { toEye: shiftedBy(view, this.order[0].shift), toClip: projection }));
+    for (const { points, head, kind } of this.lines) {
+      const own = { toEye: shiftedBy(view, this.order[0].shift), toClip: projection };
+      drawing.loose(points, ink[kind], 1, own);
+      // Seen through the part: what is dragged has to be found.
+      drawing.loose(head, ink[kind], 1, own, 0.1);
+    }
     drawing.show();
     this.frames = (this.frames ?? 0) + 1;
   }
@@ -162,8 +171,61 @@ export class Scene {
     const wanted = JSON.stringify(planes), [model] = this.order;
     if (this.planes === wanted && this.planed === model) return;
     [this.planes, this.planed] = [wanted, model];
-    this.lines = this.order.length === 1 ? planes.map(({ normal, offset, kind }) => ({ points: planeLines(model, normal, offset), kind })) : [];
+    const one = ({ normal, offset, kind }, k) => {
+      const { lines, arrow, head } = drawn(model, normal, offset);
+      return { points: lines, kind, k, normal, offset, arrow, head };
+    };
+    this.lines = this.order.length === 1 ? planes.map(one) : [];
     this.invalidate();
+  }
+
+  /** Where planes of this direction lie along a face or an edge of the only model. */
+  stops(normal) {
+    const [model] = this.order, key = normal.join();
+    if (this.order.length !== 1) return [];
+    if (!model.stops.has(key)) model.stops.set(key, stopsOf(model, normal));
+    return model.stops.get(key);
+  }
+
+  /** The middle of what a plane of the only model cuts. */
+  middleOf(normal, offset) {
+    return this.order.length === 1 ? drawn(this.order[0], normal, offset).arrow[0] : null;
+  }
+
+  /** Where a place of the only model is in the picture, in its pixels. */
+  seenAt(place) {
+    const { clientWidth: width, clientHeight: height } = this.canvas, { view } = this.camera.matrices(width / height);
+    const [x, y, depth] = moved(view, plus(place, this.order[0].shift)), per = height / 2 / Math.tan(this.camera.fov / 2) / -depth;
+    return [width / 2 + x * per, height / 2 - y * per];
+  }
+
+  /** The plane of somebody's whose arrow is near a place of the picture; undefined beside them. */
+  gripped(x, y) {
+    return this.lines.find(({ kind, arrow }) => {
+      if (kind === 'found' || this.picking) return false;
+      const [[ax, ay], [bx, by]] = arrow.map((end) => this.seenAt(end)), [ux, uy] = [bx - ax, by - ay], long = ux * ux + uy * uy;
+      const t = Math.min(1, Math.max(0, ((x - ax) * ux + (y - ay) * uy) / (long || 1)));
+      return Math.hypot(x - ax - t * ux, y - ay - t * uy) <= GRIP_PX;
+    });
+  }
+
+  /** How far along its direction a gripped plane is where the pointer has gone from `from` to `to`. */
+  draggedTo(plane, from, to) {
+    const [begin, end] = [from, to].map((at) => this.alongArrow(plane, at));
+    return begin === null || end === null ? plane.offset : plane.offset + end - begin;
+  }
+
+  /** How far from its middle a plane's arrow, however long, is nearest to a place of the picture; null where it is seen from its end. */
+  alongArrow({ normal, arrow: [middle] }, [x, y]) {
+    const seen = (by) => this.seenAt(plus(middle, normal, by));
+    let by = 0;
+    // What is farther away is seen smaller: each step corrects the one before.
+    for (let step = 0; step < 6; step++) {
+      const [a, b] = [seen(by), seen(by + 1)], [ux, uy] = plus(b, a, -1), long = ux * ux + uy * uy;
+      if (long < FLATTEST_PX ** 2) return null;
+      by += ((x - a[0]) * ux + (y - a[1]) * uy) / long;
+    }
+    return by;
   }
 
   /** The face under a place of the picture: the direction of the model out of it, and how far along that it is; null beside the models. */
@@ -205,27 +267,38 @@ export class Scene {
 
   pointer() {
     const { canvas } = this, down = new Map();
-    let travelled = 0;
+    let travelled = 0, grip = null;
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
     canvas.addEventListener('pointerdown', (event) => {
       canvas.setPointerCapture(event.pointerId);
-      down.set(event.pointerId, [event.offsetX, event.offsetY]);
+      const at = [event.offsetX, event.offsetY], plane = down.size === 0 && event.button === 0 && this.gripped(...at);
+      grip = plane ? { plane, at } : null;
+      down.set(event.pointerId, at);
       travelled = 0;
     });
     canvas.addEventListener('pointermove', (event) => {
-      const last = down.get(event.pointerId);
-      if (!last) return;
+      const last = down.get(event.pointerId), at = [event.offsetX, event.offsetY];
+      if (!last) {
+        canvas.classList.toggle('grip', Boolean(this.gripped(...at)));
+        return;
+      }
+      if (grip) {
+        this.slid(grip.plane.k, this.draggedTo(grip.plane, grip.at, at), false);
+        return;
+      }
       const [dx, dy] = [event.offsetX - last[0], event.offsetY - last[1]];
-      down.set(event.pointerId, [event.offsetX, event.offsetY]);
+      down.set(event.pointerId, at);
       travelled += Math.abs(dx) + Math.abs(dy);
       if (down.size === 2 || event.shiftKey || event.buttons & 2) this.pan(dx, dy);
       else this.orbit(-dx * 0.008, dy * 0.008);
     });
     canvas.addEventListener('pointerup', (event) => {
+      if (grip) this.slid(grip.plane.k, this.draggedTo(grip.plane, grip.at, [event.offsetX, event.offsetY]), true);
       const face = this.picking && travelled < 4 && this.faceAt(event.offsetX, event.offsetY);
       if (face) this.picked(face);
     });
-    ['pointerup', 'pointercancel'].forEach((name) => canvas.addEventListener(name, (event) => down.delete(event.pointerId)));
+    canvas.addEventListener('pointercancel', () => { if (grip) this.slid(grip.plane.k, grip.plane.offset, true); });
+    ['pointerup', 'pointercancel'].forEach((name) => canvas.addEventListener(name, (event) => { grip = null; down.delete(event.pointerId); }));
     canvas.addEventListener('wheel', (event) => { event.preventDefault(); this.zoom(Math.exp(Math.sign(event.deltaY) * 0.12)); }, { passive: false });
     const keys = {
       ArrowLeft: () => this.orbit(-0.1, 0), ArrowRight: () => this.orbit(0.1, 0), ArrowUp: () => this.orbit(0, 0.1), ArrowDown: () => this.orbit(0, -0.1),
@@ -285,27 +358,6 @@ function heightAt(t, i, x, y) {
   const side = (a, b) => (t[i + b] - t[i + a]) * (y - t[i + a + 1]) - (t[i + b + 1] - t[i + a + 1]) * (x - t[i + a]);
   if (Math.min(side(0, 6), side(6, 12), side(12, 0)) < -1e-6) return NaN;
   return t[i + 2] - (t[i + 3] * (x - t[i]) + t[i + 4] * (y - t[i + 1])) / t[i + 5];
-}
-
-/** What a plane cuts, a frame around that, and its arrow: ends of lines, in the model's own coordinates. */
-function planeLines({ triangles, low, high }, normal, offset) {
-  const cut = [], u = Math.abs(normal[2]) < 0.9 ? cross([0, 0, 1], normal) : cross([1, 0, 0], normal), long = Math.hypot(...u), x = u.map((v) => v / long), y = cross(normal, x);
-  for (const t of triangles) {
-    for (let i = 0; i < t.length; i += 18) {
-      const corners = [0, 6, 12].map((at) => [t[i + at], t[i + at + 1], t[i + at + 2]]), above = corners.map((p) => dot(p, normal) - offset);
-      const ends = corners.flatMap((p, k) => {
-        const q = corners[(k + 1) % 3], [a, b] = [above[k], above[(k + 1) % 3]];
-        return a > 0 === b > 0 ? [] : [plus(p, plus(q, p, -1), a / (a - b))];
-      });
-      if (ends.length === 2) cut.push(...ends);
-    }
-  }
-  const box = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((axis) => ((k >> axis) & 1 ? high : low)[axis])), around = cut.length ? cut : box;
-  const range = (axis) => [Math.min(...around.map((p) => dot(p, axis))) - BEYOND_MM, Math.max(...around.map((p) => dot(p, axis))) + BEYOND_MM];
-  const [[x0, x1], [y0, y1]] = [range(x), range(y)], at = (a, b, c = 0) => plus(plus(plus([0, 0, 0], x, a), y, b), normal, offset + c);
-  const [mx, my] = [(x0 + x1) / 2, (y0 + y1) / 2], tip = at(mx, my, ARROW_MM), barb = (side) => at(mx + side, my, ARROW_MM - 3);
-  const frame = [at(x0, y0), at(x1, y0), at(x1, y0), at(x1, y1), at(x1, y1), at(x0, y1), at(x0, y1), at(x0, y0)];
-  return [...cut, ...frame, at(mx, my), tip, tip, barb(2), tip, barb(-2)].flat();
 }
 
 /** The lines around patches of triangles: edges that one triangle alone has. */

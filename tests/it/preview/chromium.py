@@ -5,7 +5,7 @@ Arguments: the browser, the page's file or address, width, height. Standard inpu
   {"shot": FILE.png}         a screenshot
   {"key": KEY}               pressed and released, as a person would; Control+z with a key held
   {"click": SELECTOR}        the middle of the element, with the mouse
-  {"drag": [FROM, TO]}       the mouse goes down on one element and up on another
+  {"drag": [FROM, TO]}       the mouse goes down on one element and up on another; or between two places, JAVASCRIPT's value
   {"at": [X, Y]}             a place of the page, with the mouse
   {"frame": JAVASCRIPT}      its value in the page's frame, which is a site of its own
   {"until": JAVASCRIPT}      waits until it is true
@@ -124,8 +124,8 @@ class Browser:
             " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
         )
 
-    def drag(self, start, end):
-        (x, y), (to_x, to_y) = self.middle(start), self.middle(end)
+    def drag(self, places):
+        (x, y), (to_x, to_y) = self.value(places) if isinstance(places, str) else map(self.middle, places)
         self.ask("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
         for step in range(1, 9):
             at = [x + (to_x - x) * step / 8, y + (to_y - y) * step / 8]
@@ -185,7 +185,7 @@ def do(browser, step):
         box = browser.middle(step["click"])
         browser.press(*box)
     elif "drag" in step:
-        browser.drag(*step["drag"])
+        browser.drag(step["drag"])
     elif "at" in step:
         browser.press(*step["at"])
     elif "until" in step:

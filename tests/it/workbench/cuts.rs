@@ -1,10 +1,12 @@
 //! Cuts that somebody decides: along a face that was clicked, moved by their figures, red with the reason where they cannot be made.
 
 use serde_json::{Value, json};
+use trunnion::mesh::stl_binary;
 
 use super::browser::{STATE, click, eval, key, quiet, shot, until};
 use super::{by_hand, open, open_in};
 use crate::preview::browser::browse_any;
+use crate::split::solids;
 use crate::support::folder;
 
 #[test]
@@ -166,4 +168,113 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
     assert_eq!((&results[17], &results[19]), (&"chosen 20.5".into(), &json!(["chosen 30", "1,0,0,20.5"])));
     assert!(results[38].as_str().unwrap().starts_with("found "), "{}", results[38]);
     assert_eq!((&results[41], &results[44]), (&json!(true), &json!([900, 700])));
+}
+
+#[test]
+fn a_plane_is_dragged_by_its_arrow_turned_and_stops_at_faces() {
+    let workbench = open(&["bracket"], &["bracket.stl", "-m", "generic-ac"]);
+    let settled = |code: &str| {
+        until(&format!("({code}) && document.getElementById('cuts')?.getAttribute('aria-busy') === 'false'"))
+    };
+    let typed = |id: &str, value: &str| {
+        eval(&format!(
+            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; \
+             for (const what of ['input', 'change']) it.dispatchEvent(new Event(what, {{ bubbles: true }})); }})()"
+        ))
+    };
+    let cuts = |wanted: &str| settled(&format!("{STATE}.cuts.join(' ') === '{wanted}'"));
+    let kinds = "JSON.parse(workbench.scene.planes).map((plane) => `${plane.kind} ${plane.offset}`).join()";
+    // From the middle of the plane's arrow to where it would be at `x`.
+    let hauled = |x: f64| {
+        format!(
+            "(() => {{ const s = workbench.scene, {{ arrow: [a, b] }} = s.lines[0], box = s.canvas.getBoundingClientRect(), grip = a.map((v, i) => (v + b[i]) / 2); \
+             return [grip, [grip[0] + {x} - a[0], grip[1], grip[2]]].map((p) => s.seenAt(p)).map(([u, v]) => [box.left + u, box.top + v]); }})()"
+        )
+    };
+    let steps = [
+        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        json!({"size": [1200, 900]}),
+        key("2"),
+        until("document.getElementById('add-cut')"),
+        typed("add-cut", "1,0,0"),
+        cuts("1,0,0,22"),
+        eval("[workbench.scene.stops([1, 0, 0]), workbench.scene.stops([0, 0, 1])]"),
+        eval("[document.getElementById('lean-0').value, document.getElementById('towards-0').value]"),
+        // Turned about the middle of what it cuts.
+        typed("towards-0", "10"),
+        settled(&format!("{STATE}.cuts.join().startsWith('0.98')")),
+        eval(&format!("[{STATE}.cuts.join(), {STATE}.cut.planes[0].seam_mm2]")),
+        shot("cut-turned"),
+        eval("document.getElementById('slide-0').focus()"),
+        key("Control+z"),
+        cuts("1,0,0,22"),
+        // Dragged: near the face of the post it lies along it, and elsewhere where it was put.
+        eval("Object.assign(workbench.scene.camera, { yaw: -1.2, pitch: 0.4 }).yaw"),
+        json!({"drag": hauled(8.5)}),
+        cuts("1,0,0,8"),
+        shot("cut-dragged"),
+        json!({"drag": hauled(30.0)}),
+        cuts("1,0,0,30"),
+        // A click on it changes nothing.
+        eval("workbench.revisionBefore = workbench.page.state.revision"),
+        json!({"drag": hauled(30.0)}),
+        eval("[workbench.page.state.revision - workbench.revisionBefore, workbench.scene.camera.yaw]"),
+        // By keys from face to face: the last one has nothing beyond it.
+        eval("document.getElementById('slide-0').focus()"),
+        key("PageUp"),
+        settled("document.querySelector('#cut-0.bad')"),
+        eval(kinds),
+        key("PageDown"),
+        cuts("1,0,0,8"),
+        eval(&format!("[document.activeElement.id, document.activeElement.value, {kinds}]")),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    let results = &answers.results;
+    assert_eq!(results[6], json!([[-8, 8, 52], [0, 22, 30]]));
+    assert_eq!(results[7], json!(["90", "0"]));
+    assert_eq!(results[10][0], "0.984808,0.173648,0,21.6658");
+    assert!((results[10][1].as_f64().unwrap() - 128.0 / 10f64.to_radians().cos()).abs() < 0.01, "{}", results[10]);
+    assert_eq!(results[23], json!([0, -1.2]));
+    assert_eq!((&results[27], &results[30]), (&"bad 52".into(), &json!(["slide-0", "8", "chosen 8"])));
+}
+
+#[test]
+fn a_plane_through_what_another_one_cuts_off_comes_before_that() {
+    let folder = folder();
+    // A post with an arm, and at its end another one at a right angle to both.
+    let post = solids::block(16.0, 16.0, 30.0).at(-8.0, -8.0, 0.0);
+    let elbow =
+        solids::block(44.0, 16.0, 8.0).at(8.0, -8.0, 22.0).and(&solids::block(16.0, 32.0, 8.0).at(36.0, 8.0, 22.0));
+    std::fs::write(folder.path().join("elbow.stl"), stl_binary(&post.and(&elbow).mesh())).unwrap();
+    let workbench = open_in(folder, &["elbow.stl", "-m", "generic-ac"]);
+    let typed = |id: &str, value: &str| {
+        eval(&format!(
+            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+        ))
+    };
+    let cuts = |wanted: &str| {
+        until(&format!(
+            "{STATE}.cuts.join(' ') === '{wanted}' && document.getElementById('cuts')?.getAttribute('aria-busy') === 'false'"
+        ))
+    };
+    let steps = [
+        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        key("2"),
+        until("document.getElementById('add-cut')"),
+        typed("add-cut", "1,0,0"),
+        cuts("1,0,0,22"),
+        typed("offset-0", "8"),
+        cuts("1,0,0,8"),
+        // As a click on the side of the first arm does.
+        eval("workbench.scene.picked({ normal: [0, 1, 0], offset: 8 })"),
+        cuts("0,1,0,8 1,0,0,8"),
+        eval("[document.querySelector('.cut.bad'), document.getElementById('cut-why').textContent]"),
+        eval("document.getElementById('slide-0').focus()"),
+        key("Control+z"),
+        cuts("1,0,0,8"),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    assert_eq!(answers.results[9], json!([null, ""]));
 }
