@@ -6,6 +6,7 @@ use super::WorkbenchError;
 use super::doors::{is_below, plain_of};
 use crate::job::{GivenCut, ordered};
 use crate::profile::shipped;
+use crate::publish::Fingerprint;
 
 /// As many plates as a slicer's project has at most.
 pub(super) const MOST_PLATE: u8 = 36;
@@ -25,8 +26,21 @@ pub(super) const FINISHES: [&str; 2] = ["auto", "fine"];
 /// Slicers that can be chosen.
 pub(super) const SLICERS: [&str; 6] = ["auto", "builtin", "prusa-slicer", "slic3r", "cura", "orca"];
 /// Names of the choices that are set by a word.
-pub(super) const CHOICES: [&str; 12] =
-    ["machine", "way", "unit", "plate", "up", "cuts", "finish", "slicer", "order", "port", "server", "key_file"];
+pub(super) const CHOICES: [&str; 13] = [
+    "machine",
+    "way",
+    "unit",
+    "plate",
+    "up",
+    "cuts",
+    "finish",
+    "slicer",
+    "order",
+    "port",
+    "server",
+    "key_file",
+    "fingerprint",
+];
 
 /// Endings of the files that preparing makes.
 pub(super) const ENDINGS: [&str; 3] = ["gcode", "plan.json", "html"];
@@ -97,6 +111,8 @@ pub(super) struct Choices {
     pub(super) server: String,
     /// The file with that server's key, in the project's folder; empty where it needs none, or the environment has it.
     pub(super) key_file: String,
+    /// What that server's certificate is known by; empty where an authority vouches for it.
+    pub(super) fingerprint: String,
 }
 
 impl Choices {
@@ -132,6 +148,10 @@ impl Choices {
             "port" => (&mut self.port, "port", is_word(value)),
             "server" => (&mut self.server, "server", is_word(value)),
             "key_file" => (&mut self.key_file, "key_file", value.is_empty() || is_below(value)),
+            "fingerprint" => {
+                let good = value.is_empty() || value.parse::<Fingerprint>().is_ok();
+                (&mut self.fingerprint, "fingerprint", good)
+            }
             _ => return Err(WorkbenchError::BadChoice { name: "name", value: name.to_owned() }),
         };
         if !good {
@@ -172,6 +192,7 @@ impl Choices {
             port: String::new(),
             server: String::new(),
             key_file: String::new(),
+            fingerprint: String::new(),
             ..choices.clone()
         };
         let solid = |choices: &Self| {

@@ -8,6 +8,7 @@ use super::WorkbenchError;
 use super::choices::{CHOICES, Choices, ChosenModel, ENDINGS, FINISHES, MOST_PLATE, SLICERS, UNITS, WAYS, line};
 use super::history::{History, StepName};
 use super::timeline::Timeline;
+use crate::publish::Fingerprint;
 
 /// What a file was when it was looked at: its size and the time of its last change, ns; `None` where it is not there.
 pub(super) type Stamp = Option<(u64, u128)>;
@@ -315,6 +316,9 @@ impl Project {
             if !self.choices.key_file.is_empty() {
                 words.extend(own(&["--key-file", &self.choices.key_file]));
             }
+            if let Ok(fingerprint) = self.choices.fingerprint.parse::<Fingerprint>() {
+                words.extend(["--fingerprint".to_owned(), fingerprint.to_string()]);
+            }
             words.extend((task == Task::PublishAndStart).then(|| "--start".to_owned()));
             return Ok(words);
         }
@@ -418,15 +422,29 @@ impl Project {
         let commands: serde_json::Map<String, Value> =
             Task::ALL.into_iter().map(|task| (task.name().to_owned(), command(task))).collect();
         let files: Vec<Value> = ENDINGS.iter().map(|ending| self.choices.output(ending).into()).collect();
-        let Choices { models, machine, unit, plate, way, up, cuts, finish, slicer, order, port, server, key_file } =
-            &self.choices;
+        let Choices {
+            models,
+            machine,
+            unit,
+            plate,
+            way,
+            up,
+            cuts,
+            finish,
+            slicer,
+            order,
+            port,
+            server,
+            key_file,
+            fingerprint,
+        } = &self.choices;
         json!({
             "revision": self.revision,
             "models": models.iter().enumerate().map(model).collect::<Vec<_>>(),
             "inspect": (0..models.len()).map(|i| line(&self.choices.inspect(i))).collect::<Vec<_>>(),
             "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order, "port": port,
             "cuts": if cuts == "auto" { Vec::new() } else { cuts.split(';').collect::<Vec<_>>() }, "cut": self.cut_document(),
-            "server": server, "key_file": key_file,
+            "server": server, "key_file": key_file, "fingerprint": fingerprint,
             "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,
             "timeline": self.timeline().ok().map(Timeline::document),

@@ -56,6 +56,7 @@ function publishing(state, off) {
   const [task, run] = Object.entries(state.runs).find(([name]) => name.startsWith('publish')) ?? [];
   return h('section', {}, h('h3', { text: TEXTS.publishTitle }), h('p', { class: 'soft', text: TEXTS.publishHint }),
     field('server', state.server, TEXTS.server, TEXTS.serverHint), field('key_file', state.key_file, TEXTS.keyFile, TEXTS.keyFileHint),
+    (state.server.includes('https://') || state.fingerprint !== '') && field('fingerprint', state.fingerprint, TEXTS.fingerprint, TEXTS.fingerprintHint),
     h('div', { class: 'row' }, button('run', TEXTS.publish, { id: 'publish', 'data-task': 'publish', disabled: off('publish') }), button('run', TEXTS.publishAndStart, { id: 'publish-and-start', 'data-task': 'publish-and-start', disabled: off('publish-and-start') })),
     run?.running ? progress(run, task) : uploaded(run));
 }

@@ -11,7 +11,7 @@ export const TEXTS = {
   noStep: { undo: 'Nothing to undo', redo: 'Nothing to redo' },
   stepNames: {
     add: (name) => `add ${name}`, open: (name) => `open ${name}`, remove: (name) => `remove ${name}`, copies: (name) => `copies of ${name}`, machine: (name) => `machine ${name}`, way: (name) => `way ${name}`,
-    unit: (name) => `unit ${name}`, plate: (name) => `plate ${name}`, up: (name) => `side up ${name}`, cuts: () => 'cuts', finish: (name) => `overhangs ${name}`, slicer: (name) => `slicer ${name}`, order: (name) => `order ${name}`, port: (name) => `port ${name}`, server: (name) => `server ${name}`, key_file: (name) => `key ${name}`,
+    unit: (name) => `unit ${name}`, plate: (name) => `plate ${name}`, up: (name) => `side up ${name}`, cuts: () => 'cuts', finish: (name) => `overhangs ${name}`, slicer: (name) => `slicer ${name}`, order: (name) => `order ${name}`, port: (name) => `port ${name}`, server: (name) => `server ${name}`, key_file: (name) => `key ${name}`, fingerprint: () => 'fingerprint',
   },
   save: 'Save',
   saveTitle: 'Save the project in one file: models, machine, choices, and the plan if it is up to date',
@@ -187,6 +187,8 @@ export const TEXTS = {
   server: 'Server',
   serverHint: 'moonraker:http://printer.local',
   keyFile: 'File with the key',
+  fingerprint: 'Fingerprint of its certificate',
+  fingerprintHint: 'SHA-256, for a self-signed one',
   keyFileHint: 'printer.key, in the project’s folder',
   publish: 'Upload',
   publishAndStart: 'Upload and print',

@@ -72,6 +72,12 @@ fn what_is_missing_is_named() {
     set(&mut project, "key_file", "keys/duet.key");
     let wanted = format!("{upload} --key-file keys/duet.key --start");
     assert_eq!(line(&project.words(Task::PublishAndStart).unwrap()), wanted);
+    // As `openssl` prints it; nothing else is taken.
+    let bytes = ["0A"; 32].join(":");
+    set(&mut project, "fingerprint", &format!("sha256 Fingerprint={bytes}"));
+    let wanted = format!("{upload} --key-file keys/duet.key --fingerprint {bytes}");
+    assert_eq!(line(&project.words(Task::Publish).unwrap()), wanted);
+    assert!(project.choices.set("fingerprint", "0A:0B", &[]).is_err());
 }
 
 #[test]
