@@ -53,11 +53,13 @@ function files(state) {
 function result(state) {
   const { document, stale } = state.prepared;
   if (stale) return [notice('stale', TEXTS.stale, TEXTS.staleFile)];
-  if (document.verify) {
+  // Where the proof has failed there is a report, too, but no file and no plan beside it.
+  if (document.output) {
     const warnings = document.warnings ?? [];
     return [findings(document.verify), sheet(document), warnings.length > 0 && notice('warn', TEXTS.warnings, null, h('ul', {}, warnings.map((one) => h('li', { text: one.text ?? String(one) })))), files(state)];
   }
-  if (document.findings) return [findings(document), h('p', { class: 'soft', text: TEXTS.notWritten })];
+  const failed = document.verify ?? document;
+  if (failed.findings) return [findings(failed), h('p', { class: 'soft', text: TEXTS.notWritten })];
   if (document.summary) return [notice('bad', document.summary, null, reasons(document), document.code && h('p', {}, h('code', { text: TEXTS.code(document.code) })))];
   return [failure(document, TEXTS.code)];
 }
@@ -70,7 +72,7 @@ function reasons({ reasons: why, remedies }) {
 
 export function seePanel(state) {
   const run = state.runs.prepare, { why_not: missing } = state.commands.prepare, { prepared } = state;
-  const again = prepared ? TEXTS.prepareAgain : TEXTS.prepare, fresh = prepared && !prepared.stale && prepared.document.verify;
+  const again = prepared ? TEXTS.prepareAgain : TEXTS.prepare, fresh = prepared && !prepared.stale && prepared.document.output;
   return [
     h('h2', { text: TEXTS.seeTitle }),
     missing && notice('note', TEXTS.notYet(missing)),

@@ -8,6 +8,7 @@ mod jobs;
 mod order;
 mod prints;
 mod projects;
+mod tasks;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
