@@ -19,11 +19,12 @@ impl Printed<'_> {
     /// The sections with the thin places wider on which something stands, as wide as what stands there; `None` where there are none.
     ///
     /// From the top down, for what is widened may stand on thinner places yet; then from below, for what itself stands on nothing helps
-    /// nothing, and begins where it is wide enough.
+    /// nothing, and begins where it is wide enough. The first layer stays as it is: an edge that lies on the table, or on another part, is
+    /// printed from where it is wide enough, and widened it would lie beside its place.
     pub(super) fn widened(&self, lines: &Lines) -> Option<Vec<Region>> {
         let count = self.outlines.len();
         let mut feet = vec![Region::new(); count];
-        for at in (0..count.saturating_sub(1)).rev() {
+        for at in (1..count.saturating_sub(1)).rev() {
             feet[at] = self.foot(at, &feet[at + 1], lines);
         }
         for at in 1..count {
