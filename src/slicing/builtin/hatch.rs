@@ -1,5 +1,6 @@
 //! Parallel rows across a region.
 
+use super::Line;
 use super::region::{GridPoint, Region, mm, pairs};
 
 /// What of one row lies inside.
@@ -22,6 +23,11 @@ impl Lattice {
     /// Rows on one lattice through the origin, so that those of all regions and layers stack.
     pub(super) fn common(angle: f64, pitch: f64) -> Self {
         Self { angle, origin: 0.0, pitch }
+    }
+
+    /// Those that fill a layer line by line.
+    pub(super) fn full(angle: f64, line: &Line) -> Self {
+        Self::common(angle, f64::from(line.spacing))
     }
 
     /// The same, moved across the rows by `shift` grid units.

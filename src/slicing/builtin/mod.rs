@@ -112,8 +112,8 @@ impl Slicer for BuiltIn {
 
 /// G-code of the part: G21, G90, M83, layers, fan; no start or end code and no temperatures.
 ///
-/// Layer `k` (from 0) is the section at `z = (k + 1/2) h`, printed at `z = (k + 1) h`; the part's height is rounded to
-/// whole layers. What was left out or repaired is told as [`Flaw`]s, and in `; warning:` comments at the end;
+/// Layer `k` (from 0) is the section at `z = (k + 1/2) h`, printed at `z = (k + 1) h`, a little wider where it is too thin to print and something
+/// stands on it; the part's height is rounded to whole layers. What was left out or repaired is told as [`Flaw`]s, and in `; warning:` comments at the end;
 /// [`super::config_values`] reads the settings behind them.
 ///
 /// # Errors

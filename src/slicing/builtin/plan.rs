@@ -193,7 +193,6 @@ fn fills(
     let mut fills = Vec::new();
     // Borders that were brought out to sparse rows run along this layer's: side by side on one lattice, no two rows lie on each other
     // there, and none is missing.
-    let common = |angle| Lattice::common(angle, f64::from(line.spacing));
     let is_skin = solids.bridges.iter().any(|bridge| bridge.is_on_rows);
     for Bridge { region, angle, is_on_rows } in &solids.bridges {
         // The way from one line over air to the next lies on something, or is none.
@@ -201,7 +200,7 @@ fn fills(
             between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)))
         };
         let rows = |shape: &Shape| match is_on_rows {
-            true => common(*angle),
+            true => Lattice::full(*angle, line),
             false => Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing)),
         };
         fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, rows(shape), line, s, carried)));
@@ -210,7 +209,7 @@ fn fills(
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
         fills.extend(region.iter().map(|shape| {
             if is_skin {
-                return solid(feature, shape, common(angle), line, s, anywhere);
+                return solid(feature, shape, Lattice::full(angle, line), line, s, anywhere);
             }
             let rows = solid(feature, shape, fitted(shape, angle, line), line, s, anywhere);
             let turns = rows.lines.iter().map(Vec::len).sum();

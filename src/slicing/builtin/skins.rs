@@ -108,12 +108,7 @@ impl Inside {
     ) {
         loop {
             let over = over_sparse(&self.solid, below, line);
-            let onto = onto_rows(
-                &over,
-                rows,
-                [own, Lattice::common(own.angle, f64::from(line.spacing))],
-                f64::from(line.width / 2),
-            );
+            let onto = onto_rows(&over, rows, [own, Lattice::full(own.angle, line)], f64::from(line.width / 2));
             if grown(&and(&onto, &self.hollow), -ROUNDING).is_empty() {
                 return;
             }
@@ -240,7 +235,7 @@ fn shortest_span(unsupported: &Region, line: &Line) -> f64 {
         return best.1;
     }
     for angle in angles {
-        let span = longest_mm(unsupported, Lattice::common(angle, f64::from(line.spacing)));
+        let span = longest_mm(unsupported, Lattice::full(angle, line));
         // A micrometre of advantage is rounding, not a shorter span.
         if span < best.0 - 0.001 {
             best = (span, angle);

@@ -24,6 +24,14 @@ pub(super) fn key(key: &str) -> Value {
     json!({"key": key})
 }
 
+/// Lists and fields are the browser's own, with their keys: here their value changes, as those do it.
+pub(super) fn typed(id: &str, value: &str) -> Value {
+    eval(&format!(
+        "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; \
+         for (const what of ['input', 'change']) it.dispatchEvent(new Event(what, {{ bubbles: true }})); }})()"
+    ))
+}
+
 /// A picture, where somebody wants to look: `TRUNNION_SHOTS` names a folder.
 pub(super) fn shot(name: &str) -> Value {
     match std::env::var("TRUNNION_SHOTS") {
@@ -244,11 +252,6 @@ fn a_print_is_uploaded_by_the_keyboard_and_started_by_a_click() {
     workbench.post("/api/set?name=slicer&value=builtin");
     let folder = workbench.folder.path();
     std::fs::write(folder.join("printer.key"), "any\n").unwrap();
-    let typed = |id: &str, value: &str| {
-        eval(&format!(
-            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
-        ))
-    };
     let told = || eval("document.getElementById('panel').textContent");
     let steps = [
         until(&format!("{STATE} && workbench.page.machines.machines")),

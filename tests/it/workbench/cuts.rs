@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use trunnion::mesh::stl_binary;
 
-use super::browser::{STATE, click, eval, key, quiet, shot, until};
+use super::browser::{STATE, click, eval, key, quiet, shot, typed, until};
 use super::{by_hand, open, open_in};
 use crate::preview::browser::browse_any;
 use crate::split::solids;
@@ -87,11 +87,6 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
     let look = "(() => { const s = workbench.scene, { clientWidth: w, clientHeight: h } = s.canvas; \
         for (let k = 0; k < 16; k++) { Object.assign(s.camera, { yaw: k * Math.PI / 8, pitch: 0.02 }); \
         const face = s.faceAt(w / 2, h / 2); if (face && face.normal.join() === '1,0,0') { s.invalidate(); return face.offset; } } return null; })()";
-    let typed = |value: &str| {
-        eval(&format!(
-            "(() => {{ const it = document.getElementById('offset-0'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('input', {{ bubbles: true }})); it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
-        ))
-    };
     // What is asked is answered: until then nothing can be typed.
     let settled = |code: &str| {
         until(&format!("({code}) && document.getElementById('cuts').getAttribute('aria-busy') === 'false'"))
@@ -112,11 +107,11 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
         )),
         shot("cut"),
         // Beyond the arm there is nothing: red, and the project is as it was.
-        typed("51.9"),
+        typed("offset-0", "51.9"),
         settled("document.querySelector('#cut-0.bad') && document.querySelector('#cut-why .notice.bad')"),
         eval(&format!("[{STATE}.cuts.join(), {kinds}, document.getElementById('cut-why').textContent]")),
         shot("cut-refused"),
-        typed("20.5"),
+        typed("offset-0", "20.5"),
         settled(&format!("{STATE}.cuts.join() === '1,0,0,20.5' && !document.querySelector('.cut.bad')")),
         eval(kinds),
         // A slider is held: the plane goes with it before anybody is asked.
@@ -175,12 +170,6 @@ fn a_plane_is_dragged_by_its_arrow_turned_and_stops_at_faces() {
     let workbench = open(&["bracket"], &["bracket.stl", "-m", "generic-ac"]);
     let settled = |code: &str| {
         until(&format!("({code}) && document.getElementById('cuts')?.getAttribute('aria-busy') === 'false'"))
-    };
-    let typed = |id: &str, value: &str| {
-        eval(&format!(
-            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; \
-             for (const what of ['input', 'change']) it.dispatchEvent(new Event(what, {{ bubbles: true }})); }})()"
-        ))
     };
     let cuts = |wanted: &str| settled(&format!("{STATE}.cuts.join(' ') === '{wanted}'"));
     let kinds = "JSON.parse(workbench.scene.planes).map((plane) => `${plane.kind} ${plane.offset}`).join()";
@@ -248,11 +237,6 @@ fn a_plane_through_what_another_one_cuts_off_comes_before_that() {
         solids::block(44.0, 16.0, 8.0).at(8.0, -8.0, 22.0).and(&solids::block(16.0, 32.0, 8.0).at(36.0, 8.0, 22.0));
     std::fs::write(folder.path().join("elbow.stl"), stl_binary(&post.and(&elbow).mesh())).unwrap();
     let workbench = open_in(folder, &["elbow.stl", "-m", "generic-ac"]);
-    let typed = |id: &str, value: &str| {
-        eval(&format!(
-            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
-        ))
-    };
     let cuts = |wanted: &str| {
         until(&format!(
             "{STATE}.cuts.join(' ') === '{wanted}' && document.getElementById('cuts')?.getAttribute('aria-busy') === 'false'"

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::browser::{STATE, click, eval, key, quiet, shot, until};
+use super::browser::{STATE, click, eval, key, quiet, shot, typed, until};
 use super::{Workbench, open_in};
 use crate::link::{profile, simulate};
 use crate::preview::browser::browse_any;
@@ -41,14 +41,9 @@ fn usable(id: &str) -> String {
     format!("document.getElementById('{id}') && !document.getElementById('{id}').disabled")
 }
 
-/// Lists and fields are the browser's own, with their keys: here their value changes, as both do.
-fn typed(id: &str, value: &str) -> Vec<Value> {
-    vec![
-        until(&usable(id)),
-        eval(&format!(
-            "(() => {{ const it = document.getElementById('{id}'); it.focus(); it.value = '{value}'; it.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
-        )),
-    ]
+/// A field or a list has this value, as soon as it can be used.
+fn chosen(id: &str, value: &str) -> Vec<Value> {
+    vec![until(&usable(id)), typed(id, value)]
 }
 
 /// The model comes onto the page: dropped, or chosen as a file.
@@ -82,18 +77,23 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
     let mut steps = vec![until(&format!("{STATE} && workbench.page.machines.machines")), json!({"size": [1200, 900]})];
     // 1. A bracket, on the table of a machine, and on another side.
     steps.extend(added(hand, model));
-    steps.extend(typed("machine", "machine.toml"));
+    // Each change is of the project as it is: the one before has to be there.
+    steps.push(until(&format!("{STATE}.models.length === 1 && {STATE}.models[0].inspected")));
+    for machine in ["generic-bc", "machine.toml"] {
+        steps.extend(chosen("machine", machine));
+        steps.push(until(&format!("{STATE}.machine === '{machine}'")));
+    }
     steps.push(until("workbench.scene.order.length === 1 && workbench.scene.machine && !workbench.scene.waiting"));
     steps.extend(pointed(
         [hand.press("pick"), vec![looks_at("1,0,0", 0.02), click("#canvas")]].concat(),
-        typed("up", "recommended"),
+        chosen("up", "recommended"),
     ));
     steps.push(until(&format!("{STATE}.up !== 'auto'")));
     steps.extend(pointed(hand.press("undo"), vec![eval("document.activeElement.blur()"), key("Control+z")]));
     steps.push(until(&format!("{STATE}.up === 'auto'")));
     // 2. and 7. Why it cannot be printed as drawn, and what the other ways cost.
     steps.extend(hand.go(2));
-    steps.extend(typed("slicer", "builtin"));
+    steps.extend(chosen("slicer", "builtin"));
     steps.push(until(&format!("{STATE}.slicer === 'builtin'")));
     steps.extend(hand.press("find"));
     steps.push(until(&format!("{STATE}.prepared && !{STATE}.busy && document.querySelector('#way-as-drawn .why')")));
@@ -110,7 +110,7 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
     steps.extend(pointed(
         [hand.press("pick-cut"), vec![looks_at("1,0,0", 0.02), click("#canvas")]].concat(),
         [
-            typed("add-cut", "1,0,0"),
+            chosen("add-cut", "1,0,0"),
             vec![
                 asked(&format!("{STATE}.cuts.length === 1")),
                 eval("document.getElementById('slide-0').focus()"),
@@ -122,7 +122,8 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
     steps.push(asked(&format!("{STATE}.cuts.join() === '1,0,0,8'")));
     steps.extend(pointed(
         [hand.press("pick-cut"), vec![looks_at("0,0,-1", -0.9), click("#canvas")]].concat(),
-        [typed("add-cut", "0,0,1"), vec![asked("document.getElementById('lean-1')")], typed("lean-1", "180")].concat(),
+        [chosen("add-cut", "0,0,1"), vec![asked("document.getElementById('lean-1')")], chosen("lean-1", "180")]
+            .concat(),
     ));
     steps.push(asked("document.querySelector('.cut.bad')"));
     steps.push(eval("['refused', document.getElementById('cut-why').textContent]"));
@@ -134,7 +135,7 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
         steps.extend(hand.press("uncut-1"));
         steps.push(asked(&format!("{STATE}.cuts.length === 1")));
     }
-    steps.extend(typed("offset-0", "20"));
+    steps.extend(chosen("offset-0", "20"));
     steps.push(asked(&format!("{STATE}.cuts.join().includes('20')")));
     // 6. The arm cannot come before the post.
     steps.extend(hand.press("find"));
@@ -150,7 +151,7 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
     steps.push(json!({"frame": "trunnion.ready.then(() => trunnion.replay.count)"}));
     // 9. Printed on the simulated printer, paused and continued.
     steps.extend(hand.go(4));
-    steps.extend(typed("port", &port));
+    steps.extend(chosen("port", &port));
     steps.push(until(&format!("{STATE}.port && {}", usable("print"))));
     steps.extend(hand.press("print"));
     steps.push(until(&format!("{STATE}.runs.print.progress?.line > 0")));
