@@ -2,7 +2,7 @@
 
 Arguments: the browser, the page's file or address, width, height. Standard input: a JSON list of steps, each one of
   {"eval": JAVASCRIPT}       its value (awaited) is among the results
-  {"shot": FILE.png}         a screenshot
+  {"shot": FILE.png}         a screenshot; what "first": JAVASCRIPT does comes before it (awaited)
   {"key": KEY}               pressed and released, as a person would; Control+z with a key held
   {"click": SELECTOR}        the middle of the element, with the mouse
   {"drag": [FROM, TO]}       the mouse goes down on one element and up on another; or between two places, JAVASCRIPT's value
@@ -177,6 +177,7 @@ def do(browser, step):
     if "eval" in step:
         return browser.value(step["eval"])
     if "shot" in step:
+        browser.value(step.get("first", "0"))
         picture = base64.b64decode(browser.ask("Page.captureScreenshot", format="png")["data"])
         pathlib.Path(step["shot"]).write_bytes(picture)
     elif "key" in step:

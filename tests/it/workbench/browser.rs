@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use trunnion::publish::Kind;
 
+use super::looks::Looks;
 use super::{Workbench, open, open_in};
 use crate::preview::browser::{Answers, browse_any};
 use crate::publish::Server;
@@ -42,6 +43,9 @@ pub(super) fn shot(name: &str) -> Value {
 
 pub(super) const STATE: &str = "workbench.page.state";
 
+/// One model is drawn on its machine, as large as the page is then.
+pub(super) const SHOWN: &str = "workbench.scene.order.length === 1 && workbench.scene.machine && !workbench.scene.waiting && workbench.page.machines.machines";
+
 /// Nothing was complained of, and nothing left this computer.
 #[track_caller]
 pub(super) fn quiet(answers: &Answers, workbench: &Workbench) {
@@ -62,9 +66,10 @@ const ORANGE: &str = "(() => { const c = document.createElement('canvas'), s = b
 fn a_hook_is_opened_priced_chosen_prepared_and_looked_at() {
     let workbench = open(&["hook", "cube"], &["hook.stl", "-m", "generic-ac"]);
     let file = workbench.folder.path().join("cube.stl").display().to_string();
+    let mut looks = Looks::new();
     let steps = [
-        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
-        shot("model"),
+        until(SHOWN),
+        looks.shot("model"),
         eval(&ORANGE.replace("byId", "document.getElementById.bind(document)")),
         eval("document.getElementById('panel').textContent"),
         // Another model, chosen as a file is.
@@ -81,7 +86,7 @@ fn a_hook_is_opened_priced_chosen_prepared_and_looked_at() {
         until(&format!("{STATE}.slicer === 'builtin'")),
         click("#find"),
         until(&format!("{STATE}.ways && !{STATE}.busy")),
-        shot("how"),
+        looks.shot("how"),
         eval("[...document.querySelectorAll('.way')].map((card) => card.id + ' ' + card.className)"),
         click("#way-supports"),
         until(&format!("{STATE}.way === 'supports'")),
@@ -104,10 +109,11 @@ fn a_hook_is_opened_priced_chosen_prepared_and_looked_at() {
         json!({"scheme": "dark"}),
         click("#room-how"),
         eval("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"),
-        shot("how-dark-900"),
+        looks.shot("how-dark-900"),
     ];
     let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
     quiet(&answers, &workbench);
+    looks.are_kept();
     let results = &answers.results;
     let text = |i: usize| results[i].as_str().unwrap();
     assert!(results[2].as_u64().unwrap() > 12, "{} orange pixels", results[2]);
@@ -142,6 +148,7 @@ fn a_hook_is_opened_priced_chosen_prepared_and_looked_at() {
 fn the_keyboard_is_enough_to_prepare_and_rehearse() {
     let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
     workbench.post("/api/set?name=slicer&value=builtin");
+    let mut looks = Looks::new();
     let focused = |id: &str| until(&format!("document.activeElement.id === '{id}'"));
     let steps = [
         until(&format!("{STATE} && workbench.page.machines.machines")),
@@ -161,18 +168,21 @@ fn the_keyboard_is_enough_to_prepare_and_rehearse() {
         focused("room-see"),
         key("ArrowDown"),
         focused("room-print"),
+        // The rehearsal says how long it took.
+        looks.shot("print"),
         eval("document.getElementById('rehearse').focus()"),
         key("Enter"),
         until(&format!("{STATE}.runs.rehearse && !{STATE}.runs.rehearse.running")),
         eval("document.getElementById('panel').textContent"),
-        shot("print"),
+        shot("rehearsed"),
         eval("document.getElementById('canvas').getAttribute('aria-label')"),
     ];
     let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
     quiet(&answers, &workbench);
+    looks.are_kept();
     assert_eq!(answers.results[7], "solid");
     assert_eq!(answers.results[10], 0);
-    assert!(answers.results[20].as_str().unwrap().contains("Rehearsed: "), "{}", answers.results[20]);
+    assert!(answers.results[21].as_str().unwrap().contains("Rehearsed: "), "{}", answers.results[21]);
 }
 
 #[test]
@@ -217,7 +227,7 @@ fn a_click_puts_the_model_on_a_face_and_the_command_says_so() {
     let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
     workbench.post("/api/set?name=slicer&value=builtin");
     let steps = [
-        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        until(SHOWN),
         click("#pick"),
         eval("document.getElementById('pick').getAttribute('aria-pressed')"),
         click("#canvas"),

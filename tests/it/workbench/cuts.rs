@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use trunnion::mesh::stl_binary;
 
-use super::browser::{STATE, click, eval, key, quiet, shot, typed, until};
+use super::browser::{SHOWN, STATE, click, eval, key, quiet, shot, typed, until};
+use super::looks::Looks;
 use super::{by_hand, open, open_in};
 use crate::preview::browser::browse_any;
 use crate::split::solids;
@@ -83,6 +84,7 @@ fn cuts_are_of_one_model_alone() {
 fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() {
     let workbench = open(&["bracket"], &["bracket.stl", "-m", "generic-ac"]);
     workbench.post("/api/set?name=slicer&value=builtin");
+    let mut looks = Looks::new();
     // Looks at the side of the post below the arm, in the middle of the picture.
     let look = "(() => { const s = workbench.scene, { clientWidth: w, clientHeight: h } = s.canvas; \
         for (let k = 0; k < 16; k++) { Object.assign(s.camera, { yaw: k * Math.PI / 8, pitch: 0.02 }); \
@@ -93,7 +95,7 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
     };
     let kinds = "JSON.parse(workbench.scene.planes).map((plane) => `${plane.kind} ${plane.offset}`).join()";
     let steps = [
-        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        until(SHOWN),
         json!({"size": [1200, 900]}),
         key("2"),
         until("document.getElementById('pick-cut')"),
@@ -110,7 +112,7 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
         typed("offset-0", "51.9"),
         settled("document.querySelector('#cut-0.bad') && document.querySelector('#cut-why .notice.bad')"),
         eval(&format!("[{STATE}.cuts.join(), {kinds}, document.getElementById('cut-why').textContent]")),
-        shot("cut-refused"),
+        looks.shot("cut-refused"),
         typed("offset-0", "20.5"),
         settled(&format!("{STATE}.cuts.join() === '1,0,0,20.5' && !document.querySelector('.cut.bad')")),
         eval(kinds),
@@ -153,6 +155,7 @@ fn a_face_is_cut_along_and_a_plane_that_cannot_be_turns_red_until_it_is_moved() 
     ];
     let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
     quiet(&answers, &workbench);
+    looks.are_kept();
     let results = &answers.results;
     assert_eq!((&results[4], &results[6]), (&json!(8), &"true".into()));
     assert_eq!((&results[9][0], &results[9][2]), (&"1,0,0,8".into(), &"chosen 8".into()));
@@ -181,7 +184,7 @@ fn a_plane_is_dragged_by_its_arrow_turned_and_stops_at_faces() {
         )
     };
     let steps = [
-        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        until(SHOWN),
         json!({"size": [1200, 900]}),
         key("2"),
         until("document.getElementById('add-cut')"),
@@ -243,7 +246,7 @@ fn a_plane_through_what_another_one_cuts_off_comes_before_that() {
         ))
     };
     let steps = [
-        until("workbench.scene.order.length === 1 && !workbench.scene.waiting && workbench.page.machines.machines"),
+        until(SHOWN),
         key("2"),
         until("document.getElementById('add-cut')"),
         typed("add-cut", "1,0,0"),

@@ -5,6 +5,7 @@ mod cuts;
 mod doors;
 mod history;
 mod jobs;
+mod looks;
 mod order;
 mod prints;
 mod projects;

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::browser::{STATE, click, eval, key, quiet, shot, until};
+use super::browser::{SHOWN, STATE, click, eval, key, quiet, shot, until};
+use super::looks::Looks;
 use super::{by_hand, open};
 use crate::preview::browser::browse_any;
 
@@ -75,6 +76,7 @@ fn an_order_of_the_parts_of_a_cut_solid_is_asked_of_its_parts() {
 fn cards_are_dragged_and_moved_by_keys_and_spring_back() {
     let workbench = open(&["y-tree"], &["y-tree.stl", "-m", "generic-ac"]);
     workbench.post("/api/set?name=slicer&value=builtin");
+    let mut looks = Looks::new();
     let shown = "[...document.querySelectorAll('.print')].map((card) => card.dataset.card).join()";
     let are = |wanted: &str| {
         until(&format!(
@@ -82,7 +84,8 @@ fn cards_are_dragged_and_moved_by_keys_and_spring_back() {
         ))
     };
     let steps = [
-        until(&format!("{STATE} && workbench.page.machines.machines")),
+        // The model is shown as large as the page is then.
+        until(SHOWN),
         json!({"size": [1200, 900]}),
         key("2"),
         until("document.getElementById('find')"),
@@ -96,7 +99,7 @@ fn cards_are_dragged_and_moved_by_keys_and_spring_back() {
         until("document.querySelector('#order-why .notice.bad') && document.querySelector('.print.sprung')"),
         are("0,1,2"),
         eval("document.querySelector('#order-why').textContent"),
-        shot("order-refused"),
+        looks.shot("order-refused"),
         json!({"drag": ["#print-2", "#print-1"]}),
         until(&format!("{STATE}.order === '0,2,1'")),
         are("0,2,1"),
@@ -121,6 +124,7 @@ fn cards_are_dragged_and_moved_by_keys_and_spring_back() {
     let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
     quiet(&answers, &workbench);
     let results = &answers.results;
+    looks.are_kept();
     assert!(results[7].as_str().unwrap().contains("45°"), "{}", results[7]);
     assert!(results[12].as_str().unwrap().contains("plan/no-plan"), "{}", results[12]);
     assert_eq!(results[17][0], Value::Null);
