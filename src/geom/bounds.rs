@@ -33,13 +33,15 @@ impl Bounds {
 
     /// Grows the box so that it holds `point`.
     pub fn add(&mut self, point: Vec3) {
-        self.min = self.min.inf(&point);
-        self.max = self.max.sup(&point);
+        *self = self.union(&Self { min: point, max: point });
     }
 
     /// The smallest box that holds both.
     pub fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
+        // What is no number counts for nothing.
+        let lower = |i: usize| if other.min[i] < self.min[i] { other.min[i] } else { self.min[i] };
+        let upper = |i: usize| if other.max[i] > self.max[i] { other.max[i] } else { self.max[i] };
+        Self { min: Vec3::new(lower(0), lower(1), lower(2)), max: Vec3::new(upper(0), upper(1), upper(2)) }
     }
 
     /// The box grown by `by` mm on every side.

@@ -26,7 +26,13 @@ pub(super) fn shared(a: &[Vec3; 3], normal: &Vec3, b: &[Vec3; 3]) -> Shared {
     let flat = |p: &Vec3| [(p - a[0]).dot(&u), (p - a[0]).dot(&v)];
     let window = a.map(|p| flat(&p));
     // Facing triangles turn opposite ways; reversed, the shadow turns like `a`.
-    let polygon = clip(&[flat(&b[2]), flat(&b[1]), flat(&b[0])], &window);
+    let shadow = [flat(&b[2]), flat(&b[1]), flat(&b[0])];
+    // Most lie wholly beyond one side.
+    let beyond = |side: usize| shadow.iter().all(|&p| cross(window[side], window[(side + 1) % 3], p) <= 0.0);
+    if (0..3).any(beyond) {
+        return Shared { area: 0.0, centre: a[0] };
+    }
+    let polygon = clip(&shadow, &window);
     let (area, centre) = area_and_centre(&polygon);
     Shared { area, centre: a[0] + u * centre[0] + v * centre[1] }
 }

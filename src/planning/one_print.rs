@@ -107,15 +107,16 @@ impl<'a> OnePrint<'a> {
     }
 
     /// Whether there is a plan for `model` with each part along its one direction of `ups`, the model file's frame. Parts of
-    /// `supported` may overhang. A pedestal is one of its parts, and stands on the table.
-    pub fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool {
+    /// `supported` may overhang, those of `layered` are known not to: see [`Options::layered`]. A pedestal is one of its parts, and stands on
+    /// the table.
+    pub fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize], layered: &[usize]) -> bool {
         let [x, y, _] = self.placement.origin_mm;
         let placement = Placement { origin_mm: [x, y, -model.bounds.min.z], ..self.placement };
         let workpiece = Workpiece::place(model, &placement);
         let one = |up: &Vec3| vec![Direction { up: workpiece.placed.rotation * up, value: 0.0 }];
         let directions: Vec<Vec<Direction>> = ups.iter().map(one).collect();
         self.with_options(supported, |options| {
-            let options = Options { pedestal_mm: 0.0, ..options.clone() };
+            let options = Options { pedestal_mm: 0.0, layered: layered.to_vec(), ..options.clone() };
             plan(&workpiece, self.profile, &directions, &options).is_ok()
         })
     }

@@ -40,6 +40,8 @@ pub struct Options<'a> {
     pub pedestal_mm: f64,
     /// Parts that may overhang: something else carries them.
     pub supported: Vec<usize>,
+    /// Parts whose layers all lie on something while their neighbours stand, along the only direction that each has: somebody has looked.
+    pub layered: Vec<usize>,
     /// Parts that may overhang up to so much, mm².
     pub allow: Vec<(usize, f64)>,
     /// Whether layers decide where facets leave no plan: bridges, roofs of holes, and patches up to `tolerate_mm2`.
@@ -71,6 +73,7 @@ impl<'a> Options<'a> {
             plans: 1,
             pedestal_mm: 0.0,
             supported: Vec::new(),
+            layered: Vec::new(),
             allow: Vec::new(),
             practised: true,
             tolerate_mm2: TOLERATE_MM2,

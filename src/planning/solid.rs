@@ -342,29 +342,52 @@ impl Solid {
     }
 }
 
-/// The tree over `facets`, which it sorts.
+/// The tree over `facets`, which it sorts: halves by the middles along the longest axis of each box.
 fn tree(points: &[Vec3], facets: &mut [[u32; 3]]) -> Vec<FacetBox> {
-    let mut tree = vec![FacetBox { bounds: Bounds::EMPTY, first: 0, count: 0, children: 0 }];
-    build(points, facets, 0, &mut tree, 0);
+    let corners = |facet: &[u32; 3]| facet.map(|i| points[i as usize]);
+    let boxes: Vec<Bounds> = facets.iter().map(|facet| Bounds::of(corners(facet))).collect();
+    let middles: Vec<Vec3> = facets.iter().map(|facet| corners(facet).iter().sum()).collect();
+    let mut order: Vec<u32> = (0..facets.len() as u32).collect();
+    let mut tree = Vec::with_capacity(2 * facets.len());
+    tree.push(FacetBox { bounds: Bounds::EMPTY, first: 0, count: 0, children: 0 });
+    let of = Halved { facets, boxes: &boxes, middles: &middles };
+    of.build(&mut order, 0, &mut tree, 0);
+    let sorted: Vec<[u32; 3]> = order.iter().map(|&facet| facets[facet as usize]).collect();
+    facets.copy_from_slice(&sorted);
     tree
 }
 
-fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec<FacetBox>, at: usize) {
-    let bounds = Bounds::of(facets.iter().flatten().map(|&i| points[i as usize]));
-    tree[at] = FacetBox { bounds, first: offset as u32, count: facets.len() as u32, children: tree.len() as u32 };
-    if tree[at].is_leaf() {
-        return;
-    }
-    let axis = bounds.size().imax();
-    let middle = facets.len() / 2;
-    let key = |f: &[u32; 3]| f.iter().map(|&i| points[i as usize][axis]).sum::<f64>();
-    facets.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
-    let first = tree.len();
-    tree.extend([tree[at]; 2]);
-    let (low, high) = facets.split_at_mut(middle);
-    build(points, low, offset, tree, first);
-    build(points, high, offset + middle, tree, first + 1);
+/// What a tree is built of; `middles` are thrice the middles of the facets.
+struct Halved<'a> {
+    facets: &'a [[u32; 3]],
+    boxes: &'a [Bounds],
+    middles: &'a [Vec3],
 }
+
+impl Halved<'_> {
+    /// The node `at`, of the facets in `order`, of which the first comes at `offset`.
+    fn build(&self, order: &mut [u32], offset: usize, tree: &mut Vec<FacetBox>, at: usize) {
+        let bounds = order.iter().fold(Bounds::EMPTY, |all, &facet| all.union(&self.boxes[facet as usize]));
+        tree[at] = FacetBox { bounds, first: offset as u32, count: order.len() as u32, children: tree.len() as u32 };
+        if tree[at].is_leaf() {
+            return;
+        }
+        let axis = bounds.size().imax();
+        let middle = order.len() / 2;
+        let key = |facet: u32| self.middles[facet as usize][axis];
+        let same = |a: u32, b: u32| self.facets[a as usize].cmp(&self.facets[b as usize]);
+        order.select_nth_unstable_by(middle, |&a, &b| key(a).total_cmp(&key(b)).then_with(|| same(a, b)));
+        let first = tree.len();
+        tree.extend([tree[at]; 2]);
+        let (low, high) = order.split_at_mut(middle);
+        self.build(low, offset, tree, first);
+        self.build(high, offset + middle, tree, first + 1);
+    }
+}
+
+/// So many facets are asked first whether all lies behind them, and so many times the tolerance is more than many edges make together.
+const FEW_FACETS: usize = 16;
+const DENTED: f64 = 100.0;
 
 /// Convex where no edge bends inward; a closed, connected, locally convex surface is convex.
 ///
@@ -372,6 +395,14 @@ fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec
 /// hundredth, and always outward, which is the safe side.
 fn is_convex<F>(mesh: &TriangleMesh<F>) -> bool {
     let tolerance = mesh.bounds().size().norm() * 1e-4;
+    // Most are not by far: some vertex lies beyond one of a few facets.
+    let dented = |index: usize| {
+        let (a, normal) = (mesh.corners(index)[0], mesh.normal(index));
+        normal.is_some_and(|normal| mesh.vertices().iter().any(|p| (p - a).dot(&normal) > DENTED * tolerance))
+    };
+    if (0..mesh.facets().len()).step_by(mesh.facets().len() / FEW_FACETS + 1).any(dented) {
+        return false;
+    }
     let mut across: HashMap<(u32, u32), usize> = HashMap::with_capacity(mesh.facets().len() * 3);
     for (index, facet) in mesh.facets().iter().enumerate() {
         for i in 0..3 {

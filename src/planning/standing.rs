@@ -102,8 +102,9 @@ impl Setups<'_> {
         let layers = options.layers(self.profile);
         let rule = if by_layers { layers } else { OverhangRule { overhang: options.overhang, ..layers } };
         let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
-        let asked =
-            NeedsAsked { rule, allowed_mm2, by_layers, enough, together: options.together, known: &options.known };
+        let (together, layered) = (options.together, options.layered.contains(&part));
+        let known = &options.known;
+        let asked = NeedsAsked { rule, allowed_mm2, by_layers, enough, together, layered, known };
         needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
     }
 

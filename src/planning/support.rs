@@ -157,6 +157,8 @@ pub(super) struct NeedsAsked<'a> {
     pub(super) enough: bool,
     /// Whether all that stands on the table grows together.
     pub(super) together: bool,
+    /// Whether all layers are known to lie on something while the neighbours stand.
+    pub(super) layered: bool,
     pub(super) known: &'a Known,
 }
 
@@ -303,7 +305,7 @@ pub(super) fn needs(
     parts: usize,
 ) -> Needs {
     let mut key = asked.key(neighbours, up);
-    key.extend([parts as u64, asked.allowed_mm2.to_bits(), u64::from(asked.by_layers)]);
+    key.extend([parts as u64, asked.allowed_mm2.to_bits(), u64::from(asked.by_layers), u64::from(asked.layered)]);
     or_find(&asked.known.0.needs, key, || found(mesh, neighbours, up, asked, parts)).as_ref().clone()
 }
 
@@ -339,7 +341,9 @@ fn found(
     if !asked.by_layers || needs.missing(&everyone) == 0.0 && begins_mm.is_empty() {
         return needs;
     }
-    let left = by_layers(mesh, neighbours, up, &begins_mm, asked);
+    // Who looked at the layers has not looked for what begins in mid-air between them.
+    let known = asked.layered && begins_mm.is_empty();
+    let left = if known { Vec::new() } else { by_layers(mesh, neighbours, up, &begins_mm, asked) };
     needs.by_layers(left, !asked.enough)
 }
 

@@ -18,8 +18,8 @@ pub trait CutMachine: Sync {
     /// Whether `piece` can be printed along `up` while `standing` is there; `None` where nothing of it lies beyond the cut.
     fn prints(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool;
 
-    /// Whether all parts have a plan, each along its own direction; `supported` may overhang.
-    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool;
+    /// Whether all parts have a plan, each along its own direction; `supported` may overhang, and of `layered` it is known that no layer does.
+    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize], layered: &[usize]) -> bool;
 }
 
 impl CutMachine for OnePrint<'_> {
@@ -35,8 +35,8 @@ impl CutMachine for OnePrint<'_> {
         self.allows(piece, up, standing)
     }
 
-    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool {
-        Self::plans(self, model, ups, supported)
+    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize], layered: &[usize]) -> bool {
+        Self::plans(self, model, ups, supported, layered)
     }
 }
 
@@ -57,7 +57,7 @@ impl CutMachine for NoHead {
         true
     }
 
-    fn plans(&self, _: &Model, _: &[Vec3], _: &[usize]) -> bool {
+    fn plans(&self, _: &Model, _: &[Vec3], _: &[usize], _: &[usize]) -> bool {
         true
     }
 }

@@ -44,6 +44,11 @@ impl PieceNeeds {
     pub(super) fn faults(&self) -> usize {
         self.beginnings + self.ridges
     }
+
+    /// Whether it is nothing but rounding.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.area_mm2 <= NOTHING_MM2 && self.faults() == 0
+    }
 }
 
 impl MeasureRules {
@@ -52,6 +57,8 @@ impl MeasureRules {
     }
 }
 
+/// What planning lets pass in a part as rounding, mm², less a tenth.
+pub(super) const NOTHING_MM2: f64 = 0.45;
 /// A facet this near to the table's surface lies on it, mm.
 const ON_TABLE_MM: f64 = 0.05;
 /// Rounding of normals: an overhang of exactly the threshold is none.
@@ -98,13 +105,9 @@ impl Measured {
         }
     }
 
-    /// Whether its layers along `up` lay nothing on nothing, whatever its facets say: bridges, roofs of holes, what is tolerated.
-    pub(super) fn passes(&self, up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> bool {
-        let facets = (0..self.area.len()).filter(|&f| self.stands(f, cap));
-        let own = facets.map(|f| self.surface.corners(f)).collect();
-        let ground =
-            Ground { footings: vec![Footing { own, below: Vec::new() }], table: cap.is_none(), ..Ground::default() };
-        unsupported(&self.surface.mesh(), up, &ground, |f| self.stands(f, cap), &rules.layers, true).is_empty()
+    /// Whether its layers lay nothing on nothing as it stands on the table, whatever its facets say.
+    pub(super) fn passes(&self, rules: &MeasureRules) -> bool {
+        layers_pass(&self.surface, &Vec3::z(), true, |f| self.on_table[f], rules)
     }
 
     /// Whether `facet` lies on the table, or is of the cap `cap`.
@@ -177,6 +180,18 @@ impl Measured {
         all.sort_by(|a, b| area(b).total_cmp(&area(a)));
         all
     }
+}
+
+/// Whether the layers of a piece along `up` lay nothing on nothing as it stands on the cap of number `cap`, whatever its facets say.
+pub(super) fn piece_passes(piece: &Surface, up: &Vec3, cap: u32, rules: &MeasureRules) -> bool {
+    layers_pass(piece, up, false, |f| piece.source[f] == cap, rules)
+}
+
+/// Bridges, roofs of holes, and what is tolerated pass.
+fn layers_pass(part: &Surface, up: &Vec3, table: bool, stands: impl Fn(usize) -> bool, rules: &MeasureRules) -> bool {
+    let own = (0..part.facets.len()).filter(|&f| stands(f)).map(|f| part.corners(f)).collect();
+    let ground = Ground { footings: vec![Footing { own, below: Vec::new() }], table, ..Ground::default() };
+    unsupported(&part.mesh(), up, &ground, stands, &rules.layers, true).is_empty()
 }
 
 /// The share of a facet with corners at heights `h` (any order) that lies above `c`.

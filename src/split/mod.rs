@@ -56,10 +56,10 @@ use crate::geom::{Angle, Bounds, Object, Vec3};
 use crate::mesh::{Model, TriangleMesh};
 use crate::overhang::{BRIDGE_MM, OverhangRule, TOLERATE_MM2};
 pub use machine::{CutMachine, NoHead};
-use measure::{MeasureRules, Measured};
+use measure::{MeasureRules, Measured, NOTHING_MM2, PieceNeeds};
 pub use rules::Against;
 use search::{BeamSearch, SearchFound, SearchGround};
-use state::{NOTHING_MM2, SplitState};
+use state::SplitState;
 pub use surface::Plane;
 use surface::Surface;
 
@@ -171,8 +171,8 @@ pub struct Unsupported {
     pub ridges: usize,
 }
 
-impl From<measure::PieceNeeds> for Unsupported {
-    fn from(needs: measure::PieceNeeds) -> Self {
+impl From<PieceNeeds> for Unsupported {
+    fn from(needs: PieceNeeds) -> Self {
         Self { area_mm2: needs.area_mm2 + 0.0, beginnings: needs.beginnings, ridges: needs.ridges }
     }
 }
@@ -386,10 +386,10 @@ impl Splitter {
         let pedestal =
             Some(pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(whole, mm, rules.layers.line_mm));
         let planned = |state: &SplitState| {
-            let split = assembled(state, before, pedestal.as_ref(), rules);
+            let (split, layered) = assembled(state, before, pedestal.as_ref(), rules);
             let supported: Vec<usize> =
                 (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
-            machine.plans(&Model::from_parts(split.named("solid")), &split.ups(), &supported)
+            machine.plans(&Model::from_parts(split.named("solid")), &split.ups(), &supported, &layered)
         };
         let search = BeamSearch { ground, machine, number: number as u64, start: first };
         let SearchFound { state, printable, unplanned, refused, stopped, unpinned } =
@@ -400,7 +400,7 @@ impl Splitter {
             refused: refused.into_iter().collect(),
             stopped: stopped.then(|| ground.tried()),
             unpinned,
-            ..assembled(&state, before, pedestal.as_ref(), rules)
+            ..assembled(&state, before, pedestal.as_ref(), rules).0
         }
     }
 }
@@ -414,13 +414,15 @@ fn within(piece: &Surface, plane: &Plane) -> Vec3 {
     middle + plane.normal * WITHIN_MM
 }
 
+/// The parts of a state, and those of which every layer is known to lie on something, with nothing that begins between two.
 fn assembled(
     state: &SplitState,
-    before: measure::PieceNeeds,
+    before: PieceNeeds,
     pedestal: Option<&Surface>,
     rules: &MeasureRules,
-) -> Split {
+) -> (Split, Vec<usize>) {
     let mut parts = Vec::new();
+    let mut layered = Vec::new();
     let mut left = Vec::new();
     parts.extend(pedestal.map(|p| CutPart {
         mesh: p.mesh(),
@@ -429,30 +431,36 @@ fn assembled(
         pedestal: true,
         needs: Unsupported::default(),
     }));
-    let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>| {
-        let measured = Measured::of(surface.clone(), rules);
-        let cap = cut.map(|k| k as u32 + 1);
-        let mut needs = measured.needs(&up, cap, rules);
-        // Bridges, roofs of holes, and what is tolerated.
-        if (needs.area_mm2 > NOTHING_MM2 || needs.faults() > 0) && measured.passes(&up, cap, rules) {
-            needs = measure::PieceNeeds::default();
+    let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>, measured: PieceNeeds, by_layers: bool| {
+        if by_layers && measured.faults() == 0 {
+            layered.push(parts.len());
         }
-        let counts = |f: &usize| measured.is_risky(*f, &up, rules) && !measured.stands(*f, cap);
-        let risky = (0..measured.area.len()).filter(|f| needs.area_mm2 > 0.0 && counts(f));
-        let risky: Vec<u32> = risky.map(|f| f as u32).collect();
-        for patch in measured.patches(&risky) {
-            let area_mm2: f64 = patch.iter().map(|&f| measured.area[f as usize]).sum();
-            let moment: Vec3 = patch
-                .iter()
-                .map(|&f| measured.surface.corners(f as usize).iter().sum::<Vec3>() / 3.0 * measured.area[f as usize])
-                .sum();
-            left.push(PatchLeft { part: parts.len(), area_mm2, at: moment / area_mm2.max(f64::MIN_POSITIVE) });
+        let needs = if by_layers { PieceNeeds::default() } else { measured };
+        if needs.area_mm2 > 0.0 {
+            let measured = Measured::of(surface.clone(), rules);
+            let cap = cut.map(|k| state.steps[k].cap);
+            let counts = |f: &usize| measured.is_risky(*f, &up, rules) && !measured.stands(*f, cap);
+            let risky: Vec<u32> = (0..measured.area.len()).filter(counts).map(|f| f as u32).collect();
+            for patch in measured.patches(&risky) {
+                let area_mm2: f64 = patch.iter().map(|&f| measured.area[f as usize]).sum();
+                let middle = |f: usize| measured.surface.corners(f).iter().sum::<Vec3>() / 3.0;
+                let moment: Vec3 = patch.iter().map(|&f| middle(f as usize) * measured.area[f as usize]).sum();
+                left.push(PatchLeft { part: parts.len(), area_mm2, at: moment / area_mm2.max(f64::MIN_POSITIVE) });
+            }
         }
         parts.push(CutPart { mesh: surface.mesh(), up, cut, pedestal: false, needs: needs.into() });
         parts.len() - 1
     };
-    for solid in rules::solids(&state.rest.surface) {
-        add(&solid, Vec3::z(), None);
+    let solids = rules::solids(&state.rest.surface);
+    for solid in &solids {
+        let (needs, by_layers) = if let [_] = solids[..] {
+            (state.left(), !state.left().is_nothing() && state.rest_passes(rules))
+        } else {
+            let measured = Measured::of(solid.clone(), rules);
+            let needs = measured.needs(&Vec3::z(), None, rules);
+            (needs, !needs.is_nothing() && measured.passes(rules))
+        };
+        add(solid, Vec3::z(), None, needs, by_layers);
     }
     let mut cuts: Vec<CutMade> = state
         .steps
@@ -466,7 +474,11 @@ fn assembled(
         })
         .collect();
     for (k, step) in state.steps.iter().enumerate().rev() {
-        cuts[k].parts = step.pieces.iter().map(|piece| add(piece, step.plane.normal, Some(k))).collect();
+        let pieces = step.pieces.iter().zip(&step.needs).enumerate();
+        let by_layers = |(i, needs): (usize, &PieceNeeds)| !needs.is_nothing() && step.passes(i, rules);
+        cuts[k].parts = pieces
+            .map(|(i, (piece, needs))| add(piece, step.plane.normal, Some(k), *needs, by_layers((i, needs))))
+            .collect();
     }
     left.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
     let after = parts.iter().fold(Unsupported::default(), |sum, p| Unsupported {
@@ -475,7 +487,7 @@ fn assembled(
         ridges: sum.ridges + p.needs.ridges,
     });
     let crumbs_mm3 = state.steps.iter().map(|s| s.crumbs_mm3).sum();
-    Split {
+    let split = Split {
         parts,
         cuts,
         before: before.into(),
@@ -487,5 +499,6 @@ fn assembled(
         refused: Vec::new(),
         stopped: None,
         unpinned: None,
-    }
+    };
+    (split, layered)
 }

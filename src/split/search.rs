@@ -5,18 +5,18 @@
 //! do), and ranked by all that is needed: a search by the sum alone sticks where the first cut costs something. Scores come from
 //! sweeps; only the best are really cut, measured again, and held against the rules and the machine.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
 use super::candidates::{Directions, directions, offsets};
 use super::clip::{ON_PLANE_MM, Taken, cut};
 use super::machine::CutMachine;
-use super::measure::{MeasureRules, Measured};
+use super::measure::{MeasureRules, Measured, NOTHING_MM2};
 use super::promise::{Known, Promise, STAYS_MM2, choices};
 use super::rules::{Against, CutParts, THICK_MM, kept};
-use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, StatePromise, whole};
+use super::state::{CutStep, FAULT_MM2, SAME_MM2, SplitState, StatePromise, whole};
 use super::surface::{OWN, Plane, Surface};
 use super::sweep::{Sweep, footing, seam_mm2};
 use super::{CutOptions, CutWatch, PinnedCut};
@@ -461,7 +461,21 @@ impl BeamSearch<'_> {
         let (plane, odd, all) = (promise.plane, promise.odd, promise.taken == Taken::All);
         let tops = promise.tops.iter().map(|&v| state.rest.surface.vertices[v as usize]).collect();
         let mut steps = state.steps.clone();
-        steps.push(Arc::new(CutStep { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd, all, tops }));
+        let (gain_mm2, cap) = (0.0, state.steps.len() as u32 + 1);
+        let passes = vec![OnceLock::new(); pieces.len()];
+        steps.push(Arc::new(CutStep {
+            plane,
+            pieces,
+            needs,
+            seam_mm2,
+            gain_mm2,
+            crumbs_mm3,
+            odd,
+            all,
+            tops,
+            cap,
+            passes,
+        }));
         let mut child = SplitState::of(rest, rules, steps, directions.all.len());
         let gain_mm2 = state.left().area_mm2 - child.left().area_mm2;
         child.steps.iter_mut().last().and_then(Arc::get_mut).into_iter().for_each(|step| step.gain_mm2 = gain_mm2);

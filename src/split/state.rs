@@ -6,14 +6,12 @@
 use std::sync::{Arc, OnceLock};
 
 use super::clip::ON_PLANE_MM;
-use super::measure::{MeasureRules, Measured, PieceNeeds};
+use super::measure::{MeasureRules, Measured, NOTHING_MM2, PieceNeeds, piece_passes};
 use super::promise::Promise;
 use super::surface::{Plane, Surface};
 use super::sweep::Upright;
 use crate::geom::Vec3;
 
-/// What planning lets pass in a part as rounding, mm², less a tenth.
-pub(super) const NOTHING_MM2: f64 = 0.45;
 /// Areas nearer than this are one, mm².
 pub(super) const SAME_MM2: f64 = 0.1;
 /// In the beam a beginning or a ridge weighs as much as this area, mm².
@@ -36,9 +34,19 @@ pub(super) struct CutStep {
     pub(super) all: bool,
     /// The highest point of each solid that was taken.
     pub(super) tops: Vec<Vec3>,
+    /// The number of its caps.
+    pub(super) cap: u32,
+    /// By piece, once it was asked.
+    pub(super) passes: Vec<OnceLock<bool>>,
 }
 
 impl CutStep {
+    /// Whether a piece passes by its facets or by its layers: found out once for all states that have this cut behind them.
+    pub(super) fn passes(&self, piece: usize, rules: &MeasureRules) -> bool {
+        let layers = || piece_passes(&self.pieces[piece], &self.plane.normal, self.cap, rules);
+        self.needs[piece].is_nothing() || *self.passes[piece].get_or_init(layers)
+    }
+
     /// The middle of the caps.
     pub(super) fn seam_middle(&self) -> Vec3 {
         let flat = |p: &Vec3| self.plane.height(p).abs() < 10.0 * ON_PLANE_MM;
@@ -67,6 +75,7 @@ pub(super) struct SplitState {
     faults: usize,
     /// By direction, the planes that gain something.
     along: Vec<OnceLock<Vec<StatePromise>>>,
+    /// Whether what is left does, by its layers.
     passes: OnceLock<bool>,
 }
 
@@ -149,17 +158,13 @@ impl SplitState {
 
     /// Whether every part passes by its facets or by its layers.
     pub(super) fn passes(&self, rules: &MeasureRules) -> bool {
-        *self.passes.get_or_init(|| {
-            let pieces = self.steps.iter().enumerate().flat_map(|(k, step)| {
-                let cap = Some(k as u32 + 1);
-                let needs = |n: &PieceNeeds| n.area_mm2 > NOTHING_MM2 || n.faults() > 0;
-                let hangs = step.pieces.iter().zip(&step.needs).filter(move |(_, n)| needs(n));
-                hangs.map(move |(piece, _)| (Measured::of(piece.clone(), rules), step.plane.normal, cap))
-            });
-            let nothing = self.left().area_mm2 <= NOTHING_MM2 && self.left().faults() == 0;
-            (nothing || self.rest.passes(&Vec3::z(), None, rules))
-                && pieces.into_iter().all(|(part, up, cap)| part.passes(&up, cap, rules))
-        })
+        self.rest_passes(rules)
+            && self.steps.iter().all(|step| (0..step.pieces.len()).all(|piece| step.passes(piece, rules)))
+    }
+
+    /// Whether what is left does.
+    pub(super) fn rest_passes(&self, rules: &MeasureRules) -> bool {
+        self.left().is_nothing() || *self.passes.get_or_init(|| self.rest.passes(rules))
     }
 }
 

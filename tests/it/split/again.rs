@@ -21,7 +21,7 @@ impl CutMachine for Above {
         piece.bounds().min.z >= self.lowest && piece.volume() <= self.largest
     }
 
-    fn plans(&self, _: &Model, _: &[Vec3], _: &[usize]) -> bool {
+    fn plans(&self, _: &Model, _: &[Vec3], _: &[usize], _: &[usize]) -> bool {
         true
     }
 }

@@ -5,6 +5,7 @@ mod again;
 mod brute;
 mod command;
 mod free_form;
+mod layered;
 mod layers;
 mod pinned;
 mod planes;
