@@ -11,11 +11,12 @@ use super::choices::{Choices, ChosenModel, ENDINGS};
 use super::doors::{is_plain, is_project, shown};
 use super::folder::Saving;
 use super::http::{HttpAnswer, RequestHead};
-use super::project::{ProjectChange, Stamp, Task};
+use super::project::{ProjectChange, Stamp};
 use super::routes::{FILES, WebAsked, asked, kind_of};
 use super::runs::Lent;
 use super::shared::Shared;
 use super::state::Saved;
+use super::task::PrinterTask;
 use super::{folder, runs, scene};
 use crate::job::{Silent, World};
 
@@ -222,7 +223,9 @@ fn make(change: &ProjectChange, revision: &str, shared: &Shared) -> Result<(), W
     let (now, target) = {
         let state = shared.state();
         state.seen(revision)?;
-        (state.project.choices.clone(), state.project.target(change, &state.names)?)
+        let target = state.project.target(change, &state.names)?;
+        state.spares(&target)?;
+        (state.project.choices.clone(), target)
     };
     let has = |choices: &Choices, id| choices.models.iter().any(|model| model.id == id);
     now.models.iter().filter(|model| !has(&target, model.id)).for_each(|model| kept.keep(model, &shared.folder));
@@ -315,12 +318,12 @@ fn failed(error: &WorkbenchError) -> Value {
     json!({"error": error.to_string(), "code": error.code()})
 }
 
-fn start(task: Task, revision: &str, shared: &Arc<Shared>) -> Result<(), WorkbenchError> {
+fn start(task: PrinterTask, revision: &str, shared: &Arc<Shared>) -> Result<(), WorkbenchError> {
     let words = shared.with(|state| state.seen(revision).and_then(|()| state.begin(task)))?;
     let heard = shared.clone();
     // The state is held until the job is in it: it may end at once.
     let mut state = shared.state();
-    let lent = Lent { terminal: task.prints(), key: task.publishes() };
+    let lent = Lent { terminal: task.task.prints(), key: task.task.publishes() };
     let started = runs::start(&shared.folder, &words, lent, move |said| heard.with(|state| state.hear(task, said)));
     match started {
         Ok(job) => state.jobs.insert(task, job),

@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::WorkbenchError;
 use super::doors::{is_below, plain_of};
+use super::printers::ChosenPrinters;
+use super::task::numbered;
 use crate::job::{GivenCut, ordered};
 use crate::profile::shipped;
-use crate::publish::Fingerprint;
 
 /// As many plates as a slicer's project has at most.
 pub(super) const MOST_PLATE: u8 = 36;
@@ -26,7 +27,7 @@ pub(super) const FINISHES: [&str; 2] = ["auto", "fine"];
 /// Slicers that can be chosen.
 pub(super) const SLICERS: [&str; 6] = ["auto", "builtin", "prusa-slicer", "slic3r", "cura", "orca"];
 /// Names of the choices that are set by a word.
-pub(super) const CHOICES: [&str; 13] = [
+pub(super) const CHOICES: [&str; 14] = [
     "machine",
     "way",
     "unit",
@@ -36,6 +37,7 @@ pub(super) const CHOICES: [&str; 13] = [
     "finish",
     "slicer",
     "order",
+    "printer_name",
     "port",
     "server",
     "key_file",
@@ -105,14 +107,8 @@ pub(super) struct Choices {
     pub(super) slicer: String,
     /// The order of the prints, as `--order` has it, or `auto`.
     pub(super) order: String,
-    /// The printer's port; empty without one.
-    pub(super) port: String,
-    /// The print server, as `--to` has it; empty without one.
-    pub(super) server: String,
-    /// The file with that server's key, in the project's folder; empty where it needs none, or the environment has it.
-    pub(super) key_file: String,
-    /// What that server's certificate is known by; empty where an authority vouches for it.
-    pub(super) fingerprint: String,
+    /// Where it is printed.
+    pub(super) printers: ChosenPrinters,
 }
 
 impl Choices {
@@ -123,13 +119,18 @@ impl Choices {
         Self { machine, unit, plate, way, up, cuts, finish, slicer, order, ..Self::default() }
     }
 
-    /// Makes a choice by its name; `machines` are the profiles that there are.
+    /// Makes a choice by its name; `machines` are the profiles that there are. Behind what is a printer's its number stands, as in `port:2`.
     ///
     /// # Errors
     ///
     /// [`WorkbenchError::BadChoice`].
     pub(super) fn set(&mut self, name: &str, value: &str, machines: &[String]) -> Result<(), WorkbenchError> {
         let plate = || value == "auto" || value.parse::<u8>().is_ok_and(|number| (1..=MOST_PLATE).contains(&number));
+        let bad_name = || WorkbenchError::BadChoice { name: "name", value: name.to_owned() };
+        let (plain, printer) = numbered(name).ok_or_else(bad_name)?;
+        if let Some((place, name, good)) = self.printers.get_mut(printer)?.place(plain, value) {
+            return put(place, name, value, good);
+        }
         let (place, name, good) = match name {
             "machine" if machines.iter().any(|one| one == value) => {
                 (self.machine.get_or_insert_default(), "machine", true)
@@ -145,20 +146,9 @@ impl Choices {
             "order" => {
                 (&mut self.order, "order", value == "auto" || value.len() <= MOST_ORDER && ordered(value).is_ok())
             }
-            "port" => (&mut self.port, "port", is_word(value)),
-            "server" => (&mut self.server, "server", is_word(value)),
-            "key_file" => (&mut self.key_file, "key_file", value.is_empty() || is_below(value)),
-            "fingerprint" => {
-                let good = value.is_empty() || value.parse::<Fingerprint>().is_ok();
-                (&mut self.fingerprint, "fingerprint", good)
-            }
-            _ => return Err(WorkbenchError::BadChoice { name: "name", value: name.to_owned() }),
+            _ => return Err(bad_name()),
         };
-        if !good {
-            return Err(WorkbenchError::BadChoice { name, value: value.to_owned() });
-        }
-        value.clone_into(place);
-        Ok(())
+        put(place, name, value, good)
     }
 
     /// Prints so many copies of a model.
@@ -189,10 +179,7 @@ impl Choices {
         let parts = |choices: &Self| Self {
             order: String::new(),
             slicer: String::new(),
-            port: String::new(),
-            server: String::new(),
-            key_file: String::new(),
-            fingerprint: String::new(),
+            printers: ChosenPrinters::default(),
             ..choices.clone()
         };
         let solid = |choices: &Self| {
@@ -385,9 +372,13 @@ impl Choices {
     }
 }
 
-/// Whether the command takes it for the value of a flag.
-fn is_word(value: &str) -> bool {
-    !value.starts_with('-') && !value.chars().any(char::is_control)
+/// Chooses `value` where it is good.
+fn put(place: &mut String, name: &'static str, value: &str, good: bool) -> Result<(), WorkbenchError> {
+    if !good {
+        return Err(WorkbenchError::BadChoice { name, value: value.to_owned() });
+    }
+    value.clone_into(place);
+    Ok(())
 }
 
 /// Whether a machine's name is that of a file.

@@ -99,6 +99,11 @@ fn is_clean(c: char) -> bool {
     !(c.is_control() || "/\\:*?\"<>|".contains(c) || turns_text(c))
 }
 
+/// Whether the command takes it for the value of a flag.
+pub(super) fn is_word(value: &str) -> bool {
+    !value.starts_with('-') && !value.chars().any(char::is_control)
+}
+
 /// Whether `path` leads to a file below a folder, by plain names alone.
 pub(super) fn is_below(path: &str) -> bool {
     path.len() <= 4 * MOST_NAME && path.split('/').all(is_plain)

@@ -16,6 +16,7 @@ mod error;
 mod folder;
 mod history;
 mod http;
+mod printers;
 mod project;
 mod routes;
 mod run;
@@ -24,6 +25,7 @@ mod scene;
 mod server;
 mod shared;
 mod state;
+mod task;
 mod timeline;
 
 use std::path::{Path, PathBuf};
@@ -81,12 +83,12 @@ pub fn project_words(path: &Path) -> Result<ProjectWords, WorkbenchError> {
 }
 
 /// Serves the workbench until it is ended; `told` gets its address when it listens, and the file that leads a
-/// browser there: the secret is no word of a command line, which every user of this computer could read. The process of a print that goes on, where there is one.
+/// browser there: the secret is no word of a command line, which every user of this computer could read. The processes of prints that go on.
 ///
 /// # Errors
 ///
 /// [`WorkbenchError::Folder`], [`WorkbenchError::Port`] and [`WorkbenchError::NotStarted`].
-pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Result<Option<u32>, WorkbenchError> {
+pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Result<Vec<u32>, WorkbenchError> {
     let here = folder::working()?;
     let folder = folder::opened(request.folder.as_deref().unwrap_or(&here))?;
     let named = |machine: &String| match here.join(machine).is_file() {
@@ -123,7 +125,7 @@ pub fn open(request: &OpenRequest, told: impl FnOnce(&str, Option<&Path>)) -> Re
     let leads = request.browser.then(|| folder::leading_to(&address, &server.shared.folder)).transpose()?;
     told(&address, leads.as_ref().map(|file| file.path()));
     answers::begin(&server.shared);
-    let print = server.serve();
+    let prints = server.serve();
     server.shared.kept().clear();
-    Ok(print)
+    Ok(prints)
 }

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::WorkbenchError;
 use super::choices::{CHOICES, Choices, ChosenModel, ENDINGS, FINISHES, MOST_PLATE, SLICERS, UNITS, WAYS, line};
 use super::history::{History, StepName};
+use super::task::{PrinterTask, Task, numbered};
 use super::timeline::Timeline;
-use crate::publish::Fingerprint;
 
 /// What a file was when it was looked at: its size and the time of its last change, ns; `None` where it is not there.
 pub(super) type Stamp = Option<(u64, u128)>;
@@ -17,60 +17,6 @@ pub(super) type Stamp = Option<(u64, u128)>;
 const MOST_TIMELINES: usize = 50;
 /// Findings that the page lists; the preview has all of them.
 const MOST_FINDINGS: usize = 200;
-/// A job of the page. Each is one command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Task {
-    /// All ways, the chosen one made into verified G-code, and its preview.
-    Prepare,
-    /// The print on the simulated printer.
-    Rehearse,
-    /// The print.
-    Print,
-    /// The print again, from its journal.
-    Resume,
-    /// The file to a print server.
-    Publish,
-    /// The same, and the print there.
-    PublishAndStart,
-}
-
-impl Task {
-    /// All of them.
-    pub(super) const ALL: [Self; 6] =
-        [Self::Prepare, Self::Rehearse, Self::Print, Self::Resume, Self::Publish, Self::PublishAndStart];
-
-    /// Its name in addresses and documents.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Prepare => "prepare",
-            Self::Rehearse => "rehearse",
-            Self::Print => "print",
-            Self::Resume => "resume",
-            Self::Publish => "publish",
-            Self::PublishAndStart => "publish-and-start",
-        }
-    }
-
-    /// The task of that name.
-    pub(super) fn of(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|task| task.name() == name)
-    }
-
-    /// Whether it drives a real printer for as long as it runs.
-    pub(super) fn prints(self) -> bool {
-        matches!(self, Self::Print | Self::Resume)
-    }
-
-    /// Whether its result is one document, printed at its end; the others tell of events.
-    pub(super) fn has_document(self) -> bool {
-        self == Self::Prepare || self.publishes()
-    }
-
-    /// Whether it speaks to a print server, which wants a key.
-    pub(super) fn publishes(self) -> bool {
-        matches!(self, Self::Publish | Self::PublishAndStart)
-    }
-}
 
 /// A change of the project that a page asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,6 +31,10 @@ pub(super) enum ProjectChange {
     Order(String, String),
     /// Makes these cuts first.
     Cuts(String),
+    /// Has one more printer.
+    AddPrinter,
+    /// Has one less.
+    RemovePrinter(u8),
     /// Takes the last change back.
     Undo,
     /// Makes the change again that was taken back last.
@@ -163,7 +113,7 @@ impl Project {
         self.adopt(target);
     }
 
-    /// Takes the choices of a project file in the place of its own. The printer's port is this computer's.
+    /// Takes the choices of a project file in the place of its own. The printers are this computer's.
     pub(super) fn open(&mut self, mut target: Choices, name: &str) {
         for model in &mut target.models {
             let known = self.choices.models.iter().find(|one| one.path == model.path).map(|one| one.id);
@@ -172,7 +122,7 @@ impl Project {
                 self.models
             });
         }
-        target.port.clone_from(&self.choices.port);
+        target.printers.clone_from(&self.choices.printers);
         self.history.step(self.choices.clone(), StepName { what: "open", name: name.to_owned() });
         self.adopt(target);
     }
@@ -241,6 +191,8 @@ impl Project {
                 let stays = cuts == "auto" && target.way != "cut";
                 (!stays).then(|| target.set("way", way, machines)).transpose()?;
             }
+            ProjectChange::AddPrinter => target.printers.add()?,
+            ProjectChange::RemovePrinter(number) => target.printers.remove(*number)?,
             ProjectChange::Undo => target = self.history.past()?.clone(),
             ProjectChange::Redo => target = self.history.future()?.clone(),
         }
@@ -263,13 +215,20 @@ impl Project {
                 self.history.step(now.clone(), StepName { what: "copies", name: name_of(index) })
             }
             ProjectChange::Set(name, value) => {
-                let what = CHOICES.into_iter().find(|one| one == name).unwrap_or_default();
+                let plain = numbered(name).map_or("", |(plain, _)| plain);
+                let what = CHOICES.into_iter().find(|one| *one == plain).unwrap_or_default();
                 self.history.step(now.clone(), StepName { what, name: value.clone() });
             }
             ProjectChange::Order(order, _) => {
                 self.history.step(now.clone(), StepName { what: "order", name: order.clone() })
             }
             ProjectChange::Cuts(_) => self.history.step(now.clone(), StepName { what: "cuts", name: String::new() }),
+            ProjectChange::AddPrinter => {
+                self.history.step(now.clone(), StepName { what: "add_printer", name: String::new() });
+            }
+            ProjectChange::RemovePrinter(number) => {
+                self.history.step(now.clone(), StepName { what: "remove_printer", name: number.to_string() });
+            }
             ProjectChange::Undo => self.history.undo(now.clone()),
             ProjectChange::Redo => self.history.redo(now.clone()),
         }
@@ -296,8 +255,10 @@ impl Project {
     ///
     /// # Errors
     ///
-    /// [`WorkbenchError::NotYet`] with what is missing.
-    pub(super) fn words(&self, task: Task) -> Result<Vec<String>, WorkbenchError> {
+    /// [`WorkbenchError::NotYet`] with what is missing, and [`WorkbenchError::BadChoice`] for a printer that is not there.
+    pub(super) fn words(&self, task: impl Into<PrinterTask>) -> Result<Vec<String>, WorkbenchError> {
+        let PrinterTask { task, printer } = task.into();
+        let printer = self.choices.printers.get(printer)?;
         let mut prepare = self.choices.prepare()?;
         let [gcode, plan] = ["gcode", "plan.json"].map(|ending| self.choices.output(ending).unwrap_or_default());
         let own = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
@@ -309,31 +270,36 @@ impl Project {
             return Err(WorkbenchError::NotYet { what: "prepare the file that is to be printed" });
         }
         if task.publishes() {
-            if self.choices.server.is_empty() {
+            if printer.server.is_empty() {
                 return Err(WorkbenchError::NotYet { what: "enter the print server" });
             }
-            let mut words = own(&["publish", &gcode, "--plan", &plan, "--to", &self.choices.server]);
-            if !self.choices.key_file.is_empty() {
-                words.extend(own(&["--key-file", &self.choices.key_file]));
-            }
-            if let Ok(fingerprint) = self.choices.fingerprint.parse::<Fingerprint>() {
-                words.extend(["--fingerprint".to_owned(), fingerprint.to_string()]);
-            }
+            let mut words = own(&["publish", &gcode, "--plan", &plan, "--to"]);
+            words.extend(printer.server_words());
             words.extend((task == Task::PublishAndStart).then(|| "--start".to_owned()));
             return Ok(words);
         }
         let mut words = own(&["send", &gcode, "--plan", &plan]);
         match task {
             Task::Rehearse => words.push("--dry-run".to_owned()),
-            _ if self.choices.port.is_empty() => {
+            _ if printer.port.is_empty() => {
                 return Err(WorkbenchError::NotYet { what: "enter the printer's port" });
             }
-            _ => words.extend(own(&["--port", &self.choices.port])),
+            _ => {
+                words.extend(own(&["--port", &printer.port]));
+                words.extend(printer.journal_words(&gcode));
+            }
         }
         if task == Task::Resume {
             words.push("--resume".to_owned());
         }
         Ok(words)
+    }
+
+    /// What there is to do: to prepare, and what each printer can do.
+    fn tasks(&self) -> impl Iterator<Item = PrinterTask> {
+        let of_printer = |printer| Task::ALL.into_iter().map(move |task| PrinterTask { task, printer });
+        let all = self.choices.printers.numbers().flat_map(of_printer);
+        all.filter(|one| one.printer == 1 || one.task != Task::Prepare)
     }
 
     /// Whether there is a verified file of the project as it is now.
@@ -415,36 +381,20 @@ impl Project {
             .map(|ways| json!({"ways": ways.document["ways"], "stale": ways.made_of != self.basis()}));
         let prepared =
             self.prepared.as_ref().map(|one| json!({"document": one.document, "stale": one.made_of != self.whole()}));
-        let command = |task: Task| match self.words(task) {
+        let command = |task: PrinterTask| match self.words(task) {
             Ok(words) => json!({"line": line(&words), "why_not": null}),
             Err(error) => json!({"line": null, "why_not": error.to_string()}),
         };
-        let commands: serde_json::Map<String, Value> =
-            Task::ALL.into_iter().map(|task| (task.name().to_owned(), command(task))).collect();
+        let commands: serde_json::Map<String, Value> = self.tasks().map(|task| (task.name(), command(task))).collect();
         let files: Vec<Value> = ENDINGS.iter().map(|ending| self.choices.output(ending).into()).collect();
-        let Choices {
-            models,
-            machine,
-            unit,
-            plate,
-            way,
-            up,
-            cuts,
-            finish,
-            slicer,
-            order,
-            port,
-            server,
-            key_file,
-            fingerprint,
-        } = &self.choices;
+        let Choices { models, machine, unit, plate, way, up, cuts, finish, slicer, order, printers } = &self.choices;
         json!({
             "revision": self.revision,
             "models": models.iter().enumerate().map(model).collect::<Vec<_>>(),
             "inspect": (0..models.len()).map(|i| line(&self.choices.inspect(i))).collect::<Vec<_>>(),
-            "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order, "port": port,
+            "machine": machine, "unit": unit, "plate": plate, "way": way, "up": up, "finish": finish, "slicer": slicer, "order": order,
             "cuts": if cuts == "auto" { Vec::new() } else { cuts.split(';').collect::<Vec<_>>() }, "cut": self.cut_document(),
-            "server": server, "key_file": key_file, "fingerprint": fingerprint,
+            "printers": printers.document(),
             "choices": {"plates": MOST_PLATE, "way": WAYS, "unit": UNITS, "finish": FINISHES, "slicer": SLICERS},
             "commands": commands, "files": files, "ways": ways, "prepared": prepared,
             "timeline": self.timeline().ok().map(Timeline::document),

@@ -2,7 +2,8 @@
 
 use super::WorkbenchError;
 use super::http::RequestHead;
-use super::project::{ProjectChange, Task};
+use super::project::ProjectChange;
+use super::task::PrinterTask;
 
 /// What a request asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,9 +33,9 @@ pub(super) enum WebAsked {
     /// A change of the project.
     ProjectChange(ProjectChange),
     /// A job is to start.
-    Run(Task),
+    Run(PrinterTask),
     /// A running job gets a word.
-    JobWord(Task, JobWord),
+    JobWord(PrinterTask, JobWord),
     /// A file that a job has made.
     File(String),
     /// The workbench is to end.
@@ -115,6 +116,8 @@ fn found(head: &RequestHead) -> Result<(bool, WebAsked), WorkbenchError> {
         "session" => (true, WebAsked::Session),
         "models" => (true, WebAsked::Upload(head.value("name").to_owned())),
         "remove" => (true, WebAsked::ProjectChange(ProjectChange::Remove(index(head)?))),
+        "add-printer" => (true, WebAsked::ProjectChange(ProjectChange::AddPrinter)),
+        "remove-printer" => (true, WebAsked::ProjectChange(ProjectChange::RemovePrinter(index(head)?))),
         "undo" => (true, WebAsked::ProjectChange(ProjectChange::Undo)),
         "redo" => (true, WebAsked::ProjectChange(ProjectChange::Redo)),
         "copies" => {
@@ -134,14 +137,14 @@ fn found(head: &RequestHead) -> Result<(bool, WebAsked), WorkbenchError> {
     })
 }
 
-fn index(head: &RequestHead) -> Result<usize, WorkbenchError> {
+fn index<T: std::str::FromStr>(head: &RequestHead) -> Result<T, WorkbenchError> {
     let value = head.value("index");
     value.parse().map_err(|_| WorkbenchError::BadChoice { name: "index", value: value.to_owned() })
 }
 
-fn task(head: &RequestHead) -> Result<Task, WorkbenchError> {
+fn task(head: &RequestHead) -> Result<PrinterTask, WorkbenchError> {
     let value = head.value("task");
-    Task::of(value).ok_or_else(|| WorkbenchError::BadChoice { name: "task", value: value.to_owned() })
+    PrinterTask::of(value).ok_or_else(|| WorkbenchError::BadChoice { name: "task", value: value.to_owned() })
 }
 
 fn word(head: &RequestHead) -> Result<JobWord, WorkbenchError> {
@@ -157,6 +160,7 @@ fn word(head: &RequestHead) -> Result<JobWord, WorkbenchError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::task::Task;
     use super::*;
 
     fn of(method: &str, path: &str, query: &[(&str, &str)]) -> Result<WebAsked, &'static str> {
@@ -169,10 +173,10 @@ mod tests {
     fn addresses_and_methods_go_together() {
         assert_eq!(of("GET", "/", &[]), Ok(WebAsked::Static("/")));
         assert_eq!(of("GET", "/api/state", &[]), Ok(WebAsked::Whole));
-        assert_eq!(of("POST", "/api/run", &[("task", "prepare")]), Ok(WebAsked::Run(Task::Prepare)));
+        assert_eq!(of("POST", "/api/run", &[("task", "prepare")]), Ok(WebAsked::Run(Task::Prepare.into())));
         assert_eq!(
             of("POST", "/api/word", &[("task", "print"), ("word", "pause")]),
-            Ok(WebAsked::JobWord(Task::Print, JobWord::Pause))
+            Ok(WebAsked::JobWord(Task::Print.into(), JobWord::Pause))
         );
         assert_eq!(of("GET", "/files/a.gcode", &[]), Ok(WebAsked::File("a.gcode".to_owned())));
         for (method, path) in [

@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::WorkbenchError;
 use super::choices::line;
-use super::project::Task;
 use super::runs::JobSaid;
+use super::task::Task;
 
 /// Lines of standard error that are kept of a run.
 const MOST_NOTES: usize = 300;

@@ -49,8 +49,8 @@ impl HttpServer {
         Ok(Self { listener, shared: Arc::new(Shared::new(doors, folder, state)), connections: Arc::default() })
     }
 
-    /// Answers until somebody ends it; the process of a print that goes on.
-    pub(super) fn serve(&self) -> Option<u32> {
+    /// Answers until somebody ends it; the processes of prints that go on.
+    pub(super) fn serve(&self) -> Vec<u32> {
         self.wake_at_the_end();
         for stream in self.listener.incoming() {
             if self.shared.quits() {

@@ -6,10 +6,11 @@ use serde_json::{Value, json};
 
 use super::WorkbenchError;
 use super::choices::Choices;
-use super::project::{Project, Task};
+use super::project::Project;
 use super::routes::JobWord;
 use super::run::Run;
 use super::runs::{Job, JobSaid};
+use super::task::{PrinterTask, Task};
 
 /// The state.
 #[derive(Debug, Default)]
@@ -19,9 +20,9 @@ pub(super) struct State {
     /// The project.
     pub(super) project: Project,
     /// The last run of each job.
-    pub(super) runs: BTreeMap<Task, Run>,
+    pub(super) runs: BTreeMap<PrinterTask, Run>,
     /// The processes of those that run.
-    pub(super) jobs: BTreeMap<Task, Job>,
+    pub(super) jobs: BTreeMap<PrinterTask, Job>,
     /// The document of `trunnion profile list`.
     pub(super) machines: Value,
     /// Names and files of the machines, and the one that the command was given.
@@ -54,14 +55,19 @@ impl State {
         if current { Ok(()) } else { Err(WorkbenchError::OldRevision) }
     }
 
-    /// That no job runs.
+    /// That no job runs which is like that.
+    fn idle(&self, is_like: impl Fn(PrinterTask) -> bool) -> Result<(), WorkbenchError> {
+        let busy = self.runs.iter().any(|(task, run)| run.running && is_like(*task));
+        if busy { Err(WorkbenchError::Busy) } else { Ok(()) }
+    }
+
+    /// That every printer with something to do is among these choices.
     ///
     /// # Errors
     ///
     /// [`WorkbenchError::Busy`].
-    pub(super) fn idle(&self) -> Result<(), WorkbenchError> {
-        let busy = self.runs.values().any(|run| run.running);
-        if busy { Err(WorkbenchError::Busy) } else { Ok(()) }
+    pub(super) fn spares(&self, target: &Choices) -> Result<(), WorkbenchError> {
+        self.idle(|task| target.printers.get(task.printer).is_err())
     }
 
     /// A project file was unpacked to these choices; `own` is its name where it is in the project's folder.
@@ -84,24 +90,28 @@ impl State {
     /// # Errors
     ///
     /// [`WorkbenchError::Busy`] and [`WorkbenchError::NotYet`].
-    pub(super) fn begin(&mut self, task: Task) -> Result<Vec<String>, WorkbenchError> {
-        self.idle()?;
+    pub(super) fn begin(&mut self, task: PrinterTask) -> Result<Vec<String>, WorkbenchError> {
+        self.idle(|other| task.excludes(other))?;
         let words = self.project.words(task)?;
         let made_of = (self.project.whole(), self.project.basis());
-        // Of uploads the last one counts, whether it started the print or not; and none of a file that is made anew.
-        self.runs.retain(|other, _| !other.publishes() || !(task.publishes() || task == Task::Prepare));
-        self.runs.insert(task, Run::new(task, words.clone(), made_of));
+        // Of uploads the last one counts, whether it started the print or not; and none of a file that is made anew, or to a printer that is gone.
+        let again = |other: PrinterTask| {
+            other.task.publishes() && task.excludes(other) && (task.task.publishes() || task.task == Task::Prepare)
+        };
+        let printers = &self.project.choices.printers;
+        self.runs.retain(|other, _| !again(*other) && printers.get(other.printer).is_ok());
+        self.runs.insert(task, Run::new(task.task, words.clone(), made_of));
         self.version += 1;
         Ok(words)
     }
 
     /// A job says something.
-    pub(super) fn hear(&mut self, task: Task, said: JobSaid) {
+    pub(super) fn hear(&mut self, task: PrinterTask, said: JobSaid) {
         self.version += 1;
         let Some(run) = self.runs.get_mut(&task) else { return };
         let document = run.hear(said).cloned();
         let (made_of, running) = (run.made_of.clone(), run.running);
-        if let Some(document) = document.filter(|_| task == Task::Prepare) {
+        if let Some(document) = document.filter(|_| task.task == Task::Prepare) {
             self.project.take(made_of.0, made_of.1, document);
         }
         if !running {
@@ -114,10 +124,10 @@ impl State {
     /// # Errors
     ///
     /// [`WorkbenchError::NotRunning`] and [`WorkbenchError::NotStarted`].
-    pub(super) fn word(&mut self, task: Task, word: JobWord) -> Result<(), WorkbenchError> {
+    pub(super) fn word(&mut self, task: PrinterTask, word: JobWord) -> Result<(), WorkbenchError> {
         self.version += 1;
         let job = self.jobs.get_mut(&task).ok_or(WorkbenchError::NotRunning)?;
-        job.word(word, task.prints()).map_err(|source| WorkbenchError::NotStarted { source })?;
+        job.word(word, task.task.prints()).map_err(|source| WorkbenchError::NotStarted { source })?;
         self.runs.get_mut(&task).into_iter().for_each(|run| run.answered(word == JobWord::Stop));
         Ok(())
     }
@@ -127,10 +137,11 @@ impl State {
         self.runs.values().any(|run| run.running && run.task.prints())
     }
 
-    /// Ends every job that is no print; the process of one that is.
-    pub(super) fn end(&self) -> Option<u32> {
-        self.jobs.iter().filter(|(task, _)| !task.prints()).for_each(|(_, job)| job.end());
-        self.jobs.iter().find(|(task, _)| task.prints()).map(|(_, job)| job.process)
+    /// Ends every job that is no print; the processes of those that are.
+    pub(super) fn end(&self) -> Vec<u32> {
+        let (prints, others): (Vec<_>, Vec<_>) = self.jobs.iter().partition(|(task, _)| task.task.prints());
+        others.into_iter().for_each(|(_, job)| job.end());
+        prints.into_iter().map(|(_, job)| job.process).collect()
     }
 
     /// Takes the document of `trunnion profile list`.
@@ -145,7 +156,7 @@ impl State {
     /// The state as the page shows it.
     pub(super) fn document(&self) -> Value {
         let mut document = self.project.document();
-        document["runs"] = self.runs.iter().map(|(task, run)| (task.name().to_owned(), run.document())).collect();
+        document["runs"] = self.runs.iter().map(|(task, run)| (task.name(), run.document())).collect();
         document["version"] = self.version.into();
         document["folder"] = self.folder.as_str().into();
         let same = self.saved.words.is_some() && self.saved.words == self.project.choices.prepare().ok();

@@ -6,7 +6,7 @@ import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
 import { ask, asked, dragging, moved, place } from './order.js';
 import { button, h, morph } from './parts.js';
-import { printPanel } from './print.js';
+import { busyWith, printPanel } from './print.js';
 import { Scene } from './scene.js';
 import { previewOf, seePanel } from './see.js';
 import { get, hasSecret, listen, post } from './server.js';
@@ -14,7 +14,7 @@ import { TEXTS } from './texts.js';
 
 const ROOMS = ['model', 'how', 'see', 'print'];
 const byId = (id) => document.getElementById(id);
-const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0, slides: false };
+const page = { room: 'model', state: null, machines: { machines: null, own: null }, drawn: null, drawnFor: undefined, uploads: [], copied: false, ended: false, frame: null, line: 0, slides: false, printer: 1 };
 let scene = null;
 
 function toast(text, kind = 'bad') {
@@ -57,6 +57,9 @@ const ACTIONS = {
   run: ({ task }) => change('run', { task }),
   stop: ({ task }) => change('word', { task, word: 'stop' }),
   word: ({ task, word }) => change('word', { task, word }),
+  printer: ({ printer }) => { Object.assign(page, { printer: Number(printer), line: 0 }); show(); },
+  'add-printer': () => addPrinter(),
+  'remove-printer': ({ printer }) => change('remove-printer', { index: printer }),
   copy: async () => {
     const text = byId('command').textContent;
     try {
@@ -76,6 +79,14 @@ const ACTIONS = {
     }
   },
 };
+
+/** One more printer, which is the one that is shown. */
+async function addPrinter() {
+  const before = page.state.printers.map((one) => one.number);
+  if (!(await change('add-printer'))) return;
+  const added = page.state.printers.find((one) => !before.includes(one.number));
+  if (added) ACTIONS.printer({ printer: added.number });
+}
 
 /** Asks for a change that the command may refuse: why, or null where it was made. */
 async function refusal(path, value) {
@@ -174,7 +185,7 @@ function go(room) {
 
 function rooms() {
   const { state } = page, tab = (room) => {
-    const here = room === page.room, busy = (room === 'print' ? ['print', 'resume', 'rehearse'] : room === 'see' ? ['prepare'] : []).some((task) => state?.runs[task]?.running);
+    const here = room === page.room, busy = room === 'see' ? state?.runs.prepare?.running : room === 'print' && state?.printers.some((one) => busyWith(state, one.number)[1]);
     const stale = (room === 'see' && state?.prepared?.stale) || (room === 'how' && state?.ways?.stale);
     return h('button', { id: `room-${room}`, type: 'button', role: 'tab', 'aria-selected': String(here), 'aria-controls': 'panel', tabindex: here ? '0' : '-1', 'data-do': 'room', 'data-room': room, title: TEXTS.roomHints[room] },
       h('kbd', { 'aria-hidden': 'true', text: String(ROOMS.indexOf(room) + 1) }),
@@ -199,7 +210,7 @@ function steps() {
 function panel() {
   const { state, room } = page;
   if (room === 'model') return [...modelPanel(state, page.uploads, scene?.picking === 'up'), ...machineFacts(state, page.machines, page.drawn)];
-  return room === 'how' ? howPanel(state, scene?.picking === 'cut') : room === 'see' ? seePanel(state) : printPanel(state);
+  return room === 'how' ? howPanel(state, scene?.picking === 'cut') : room === 'see' ? seePanel(state) : printPanel(state, page.printer);
 }
 
 /** The preview has a frame of its own, which stays while nothing of the file changes. */
@@ -225,7 +236,7 @@ function showLine(line) {
 
 /** The preview goes with the print. */
 function follow() {
-  const run = ['print', 'resume'].map((task) => page.state.runs[task]).find((one) => one?.running), line = run?.progress?.line;
+  const [, run] = busyWith(page.state, page.printer), line = run?.progress?.line;
   if (!line || line === page.line) return;
   page.line = line;
   showLine(line);
@@ -245,7 +256,7 @@ function show() {
   byId('panel').setAttribute('aria-labelledby', `room-${page.room}`);
   byId('deck').hidden = page.room !== 'how';
   if (page.room === 'how') morph(byId('deck'), deck(page.state));
-  foot(byId('foot'), page.room, page.state, page.copied !== false);
+  foot(byId('foot'), page.room, page.state, page.printer, page.copied !== false);
   const cuts = page.room === 'how' ? planes(page.state) : [];
   scene?.setPlanes(cuts);
   byId('caption').textContent = cuts.length ? TEXTS.captionCuts : scene?.hangs ? TEXTS.caption(Math.round(scene.steepest)) : TEXTS.captionPlain;
@@ -262,6 +273,8 @@ function hear(state) {
     if (!cutting.waits) forget();
   }
   page.state = state;
+  // It may have been removed by another page.
+  if (!state.printers.some((one) => one.number === page.printer)) Object.assign(page, { printer: 1, line: 0 });
   connection('');
   show();
   follow();

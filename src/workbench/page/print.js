@@ -6,6 +6,42 @@ import { TEXTS } from './texts.js';
 
 const degrees = (now, wanted) => `${number(now, 0)}${wanted ? ` / ${number(wanted, 0)}` : ''} °C`;
 
+/** The name of a printer's task: of the first it is plain. */
+export const taskOf = (name, printer) => (printer === 1 ? name : `${name}:${printer}`);
+
+/** The last run of a printer's task. */
+const runOf = ({ runs }, name, printer) => runs[taskOf(name, printer)];
+
+/** What a printer does now: the names of its tasks in order of what matters. */
+const DOES = ['resume', 'print', 'publish-and-start', 'publish', 'rehearse'];
+
+/** The run that a printer is busy with, and its task; none where it is free. */
+export function busyWith(state, printer) {
+  return DOES.map((name) => [taskOf(name, printer), runOf(state, name, printer)]).find(([, run]) => run?.running) ?? [];
+}
+
+/** A printer in a word or two. */
+function doing(state, printer) {
+  const [task, run] = busyWith(state, printer);
+  if (!run) return ended(runOf(state, 'resume', printer) ?? runOf(state, 'print', printer)) ? TEXTS.printerEnded : TEXTS.printerFree;
+  if (!task.startsWith('print') && !task.startsWith('resume')) return TEXTS.working;
+  const percent = `${Math.floor((run.progress?.share ?? 0) * 100)} %`;
+  return run.asks ? TEXTS.printerAsks : run.paused ? `${TEXTS.paused}, ${percent}` : percent;
+}
+
+export const printerName = ({ number: n, name }) => name || TEXTS.printer(n);
+
+/** All printers, of which one is chosen, and what it is called. */
+function printers(state, chosen) {
+  const several = state.printers.length > 1, own = state.printers.find((one) => one.number === chosen);
+  const card = (one) => h('button', { id: `printer-${one.number}`, type: 'button', class: 'printer-card', 'data-do': 'printer', 'data-printer': one.number, 'aria-pressed': String(one.number === chosen) },
+    h('strong', { text: printerName(one) }), h('span', { class: 'soft', text: doing(state, one.number) }));
+  return h('section', {}, several && h('div', { class: 'printers', role: 'group', 'aria-label': TEXTS.printers }, state.printers.map(card)),
+    several && field(taskOf('printer_name', chosen), own.name, TEXTS.printerName, TEXTS.printer(chosen)),
+    h('div', { class: 'row' }, button('add-printer', TEXTS.addPrinter, { id: 'add-printer', class: 'quiet', title: TEXTS.addPrinterTitle }),
+      several && chosen !== 1 && button('remove-printer', TEXTS.removePrinter, { id: 'remove-printer', class: 'quiet', 'data-printer': chosen, disabled: Boolean(busyWith(state, chosen)[1]) })));
+}
+
 /** A print under way: how far it is, and what can be done. */
 function live(run, task) {
   const { progress: at, paused, asks } = run, word = (name, text, attributes = {}) => button('word', text, { id: `word-${name}`, 'data-task': task, 'data-word': name, ...attributes });
@@ -41,7 +77,10 @@ function rehearsal(run) {
   return run.failed ? failure(run.failed, TEXTS.code) : null;
 }
 
-const field = (name, value, label, hint) => h('label', { class: 'field', for: name }, h('span', { text: label }), h('input', { id: name, 'data-set': name, value, placeholder: hint, spellcheck: 'false', autocomplete: 'off' }));
+function field(name, value, label, hint) {
+  const id = name.replace(':', '-');
+  return h('label', { class: 'field', for: id }, h('span', { text: label }), h('input', { id, 'data-set': name, value, placeholder: hint, spellcheck: 'false', autocomplete: 'off' }));
+}
 
 /** What has become of an upload. */
 function uploaded(run) {
@@ -52,29 +91,32 @@ function uploaded(run) {
 }
 
 /** The print by way of a server: its address, its key, the buttons, and the last upload. */
-function publishing(state, off) {
-  const [task, run] = Object.entries(state.runs).find(([name]) => name.startsWith('publish')) ?? [];
+function publishing(state, own, does, set) {
+  const [task, run] = ['publish', 'publish-and-start'].map((name) => [taskOf(name, own.number), runOf(state, name, own.number)]).find(([, one]) => one) ?? [];
   return h('section', {}, h('h3', { text: TEXTS.publishTitle }), h('p', { class: 'soft', text: TEXTS.publishHint }),
-    field('server', state.server, TEXTS.server, TEXTS.serverHint), field('key_file', state.key_file, TEXTS.keyFile, TEXTS.keyFileHint),
-    (state.server.includes('https://') || state.fingerprint !== '') && field('fingerprint', state.fingerprint, TEXTS.fingerprint, TEXTS.fingerprintHint),
-    h('div', { class: 'row' }, button('run', TEXTS.publish, { id: 'publish', 'data-task': 'publish', disabled: off('publish') }), button('run', TEXTS.publishAndStart, { id: 'publish-and-start', 'data-task': 'publish-and-start', disabled: off('publish-and-start') })),
+    set('server', TEXTS.server, TEXTS.serverHint), set('key_file', TEXTS.keyFile, TEXTS.keyFileHint),
+    (own.server.includes('https://') || own.fingerprint !== '') && set('fingerprint', TEXTS.fingerprint, TEXTS.fingerprintHint),
+    h('div', { class: 'row' }, does('publish', TEXTS.publish), does('publish-and-start', TEXTS.publishAndStart)),
     run?.running ? progress(run, task) : uploaded(run));
 }
 
-export function printPanel(state) {
-  const { print, resume, rehearse } = state.runs, { commands, busy } = state;
-  const [task, run] = [['resume', resume], ['print', print]].find(([, one]) => one?.running) ?? ['print', null];
-  const missing = commands.rehearse.why_not, off = (name) => busy || Boolean(commands[name].why_not);
+export function printPanel(state, chosen) {
+  const { commands, runs } = state, own = state.printers.find((one) => one.number === chosen);
+  const [task, run] = busyWith(state, chosen), prints = run && (task.startsWith('print') || task.startsWith('resume'));
+  const missing = commands.rehearse.why_not, busy = Boolean(run) || runs.prepare?.running;
+  const does = (name, text, attributes = {}) => button('run', text, { id: name, 'data-task': taskOf(name, chosen), disabled: busy || Boolean(commands[taskOf(name, chosen)].why_not), ...attributes });
+  const set = (name, label, hint) => field(taskOf(name, chosen), own[name], label, hint);
   return [
     h('h2', { text: TEXTS.printTitle }),
     missing && notice('note', TEXTS.notYet(missing)),
-    run && [live(run, task), log(run)],
-    !run && [
-      h('section', {}, h('p', { class: 'soft', text: TEXTS.rehearseHint }), button('run', TEXTS.rehearse, { id: 'rehearse', 'data-task': 'rehearse', disabled: off('rehearse') }), rehearsal(rehearse)),
-      h('section', {}, field('port', state.port, TEXTS.port, TEXTS.portHint),
-        h('div', { class: 'row' }, button('run', TEXTS.print, { id: 'print', class: 'primary', 'data-task': 'print', disabled: off('print') }), button('run', TEXTS.resume, { id: 'resume', 'data-task': 'resume', disabled: off('resume') })),
-        ended(resume ?? print)),
-      publishing(state, off),
+    printers(state, chosen),
+    prints && [live(run, task), log(run)],
+    !prints && [
+      h('section', {}, h('p', { class: 'soft', text: TEXTS.rehearseHint }), does('rehearse', TEXTS.rehearse), rehearsal(runOf(state, 'rehearse', chosen))),
+      h('section', {}, set('port', TEXTS.port, TEXTS.portHint),
+        h('div', { class: 'row' }, does('print', TEXTS.print, { class: 'primary' }), does('resume', TEXTS.resume)),
+        ended(runOf(state, 'resume', chosen) ?? runOf(state, 'print', chosen))),
+      publishing(state, own, does, set),
     ],
   ];
 }

@@ -273,9 +273,9 @@ fn a_print_is_uploaded_by_the_keyboard_and_started_by_a_click() {
         until("document.getElementById('server')"),
         eval("document.getElementById('publish').disabled"),
         typed("server", &server.to()),
-        until(&format!("{STATE}.server")),
+        until(&format!("{STATE}.printers[0].server")),
         typed("key_file", "printer.key"),
-        until(&format!("{STATE}.key_file && !document.getElementById('publish').disabled")),
+        until(&format!("{STATE}.printers[0].key_file && !document.getElementById('publish').disabled")),
         eval("document.getElementById('command').textContent"),
         eval("document.getElementById('publish').focus()"),
         key("Enter"),
@@ -298,4 +298,50 @@ fn a_print_is_uploaded_by_the_keyboard_and_started_by_a_click() {
     assert!(text(16).contains("cube.trunnion.gcode is on"), "{}", text(16));
     assert!(text(19).contains("was already on") && text(19).contains("has started"), "{}", text(19));
     assert_eq!(server.inside().started, 1);
+}
+
+/// A second printer by pointer and by keys: what it has is its own, and goes when it goes.
+#[test]
+fn a_printer_is_added_named_and_removed_on_the_page() {
+    let workbench = open(&["cube"], &["cube.stl", "-m", "generic-ac"]);
+    let mut looks = Looks::new();
+    let fields = "[...document.querySelectorAll('#panel input')].map((input) => `${input.dataset.set} ${input.value}`)";
+    let count = |printers: usize| until(&format!("{STATE}.printers.length === {printers}"));
+    let steps = [
+        until(SHOWN),
+        key("4"),
+        until("document.getElementById('port')"),
+        eval("document.querySelectorAll('.printer-card').length"),
+        typed("port", "tty"),
+        until(&format!("{STATE}.printers[0].port === 'tty'")),
+        click("#add-printer"),
+        count(2),
+        until("document.getElementById('port-2')"),
+        typed("printer_name-2", "left"),
+        until(&format!("{STATE}.printers[1].name === 'left'")),
+        typed("port-2", "tty2"),
+        until(&format!("{STATE}.printers[1].port === 'tty2'")),
+        eval(fields),
+        looks.shot("printers"),
+        eval("document.getElementById('printer-1').focus()"),
+        key("Enter"),
+        eval(fields),
+        eval("document.getElementById('remove-printer')"),
+        click(".printer-card[data-printer=\"2\"]"),
+        click("#remove-printer"),
+        count(1),
+        eval(fields),
+        key("Control+z"),
+        count(2),
+        eval("document.querySelector('.printer-card[data-printer=\"2\"]').textContent"),
+    ];
+    let Some(answers) = browse_any(workbench.address.as_ref(), &steps) else { return };
+    quiet(&answers, &workbench);
+    looks.are_kept();
+    let results = &answers.results;
+    let first = json!(["port tty", "server ", "key_file "]);
+    assert_eq!((&results[3], &results[22], &results[18]), (&json!(0), &first, &Value::Null));
+    assert_eq!(results[13], json!(["printer_name:2 left", "port:2 tty2", "server:2 ", "key_file:2 "]));
+    assert_eq!(results[17], json!(["printer_name ", "port tty", "server ", "key_file "]));
+    assert_eq!(results[25], "leftfree");
 }

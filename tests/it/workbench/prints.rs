@@ -73,6 +73,62 @@ fn a_print_comes_to_its_end_and_one_that_is_stopped_at_once_stops_the_printer() 
     assert!(crate::link::killed(&log), "{}", print(&ended));
 }
 
+/// Two printers of one machine: each prints the file with a journal of its own, and is paused and ended by itself.
+#[test]
+fn two_printers_print_the_same_file_at_once() {
+    let workbench = ready();
+    let folder = workbench.folder.path();
+    workbench.post("/api/add-printer");
+    workbench.post("/api/set?name=printer_name:2&value=the%20left%20one");
+    let named = workbench.post("/api/set?name=port:2&value=tty2");
+    assert_eq!((&named["printers"][1]["name"], &named["printers"][0]["port"]), (&"the left one".into(), &"tty".into()));
+    let _printers =
+        ["tty", "tty2"].map(|link| simulate(&folder.join(link), &folder.join("machine.toml"), &["--speed", "40"]));
+    let of = |state: &Value, task: &str, key: &str| state["runs"][task][key].clone();
+    let begun =
+        |state: &Value, task: &str| state["runs"][task]["progress"]["line"].as_u64().is_some_and(|line| line > 0);
+    workbench.post("/api/run?task=print:2");
+    workbench.until("the second", |state| begun(state, "print:2"));
+    workbench.post("/api/word?task=print:2&word=pause");
+    workbench.until("its pause", |state| of(state, "print:2", "paused") == true);
+    workbench.post("/api/run?task=print");
+    let both = workbench.until("the first", |state| begun(state, "print"));
+    assert_eq!((of(&both, "print", "paused"), of(&both, "print:2", "paused")), (false.into(), true.into()));
+    for (journal, task) in [("journal", "print"), ("2.journal", "print:2")] {
+        assert!(folder.join(format!("cube.trunnion.gcode.{journal}")).is_file(), "{journal}");
+        // While one prints it does nothing else, and the file stays as it is.
+        let refused = workbench.posted(&format!("/api/run?task={task}"));
+        assert_eq!((refused.status, refused.json()["code"].as_str()), (409, Some("workbench/busy")), "{task}");
+    }
+    for path in ["/api/run?task=prepare", "/api/remove-printer?index=2"] {
+        assert_eq!(workbench.posted(path).json()["code"], "workbench/busy", "{path}");
+    }
+    // Name and port can be taken back, the printer itself cannot while it prints.
+    let undone = [(); 2].map(|()| workbench.posted("/api/undo").status);
+    assert_eq!((undone, workbench.posted("/api/undo").json()["code"].as_str()), ([200; 2], Some("workbench/busy")));
+    assert_eq!(workbench.post("/api/redo")["printers"][1]["name"], "the left one");
+    for task in ["print:2", "print"] {
+        let paused = |state: &Value| of(state, task, "paused") == true;
+        if !paused(&workbench.state()) {
+            workbench.post(&format!("/api/word?task={task}&word=pause"));
+            workbench.until("the pause", paused);
+        }
+        workbench.post(&format!("/api/word?task={task}&word=cancel"));
+        workbench.until("the end", |state| of(state, task, "running") == false);
+    }
+    let left = workbench.post("/api/remove-printer?index=2");
+    assert_eq!(left["printers"].as_array().unwrap().len(), 1);
+    for (path, code) in [
+        ("/api/run?task=print:2", "workbench/bad-choice"),
+        ("/api/set?name=port:2&value=x", "workbench/bad-choice"),
+        ("/api/set?name=port:1&value=x", "workbench/bad-choice"),
+        ("/api/remove-printer?index=1", "workbench/bad-choice"),
+        ("/api/word?task=print:2&word=pause", "workbench/not-running"),
+    ] {
+        assert_eq!(workbench.posted(path).json()["code"], code, "{path}");
+    }
+}
+
 /// A workbench with a cube on a machine, the key in a file, and that ready.
 fn cube_on(machine: &str, key_in_environment: bool) -> Workbench {
     let folder = folder();

@@ -85,7 +85,10 @@ fn a_saved_project_makes_the_same_bytes_by_page_and_by_command() {
             |state: &Value| if key == "commands" { state[key]["prepare"].clone() } else { state[key].clone() };
         assert_eq!(commands(&state), commands(&before), "{key}");
     }
-    assert_eq!((&state["port"], &state["undo"], &state["file"]["name"]), (&"".into(), &Value::Null, &Value::Null));
+    assert_eq!(
+        (&state["printers"][0]["port"], &state["undo"], &state["file"]["name"]),
+        (&"".into(), &Value::Null, &Value::Null)
+    );
     assert!(opened.file("hook.trunnion.plan.json") == workbench.file("hook.trunnion.plan.json"));
     opened.run("prepare");
     for end in FILES {

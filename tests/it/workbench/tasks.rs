@@ -152,7 +152,7 @@ fn tasks(hand: Hand, workbench: &Workbench, model: &std::path::Path) -> Vec<Valu
     // 9. Printed on the simulated printer, paused and continued.
     steps.extend(hand.go(4));
     steps.extend(chosen("port", &port));
-    steps.push(until(&format!("{STATE}.port && {}", usable("print"))));
+    steps.push(until(&format!("{STATE}.printers[0].port && {}", usable("print"))));
     steps.extend(hand.press("print"));
     steps.push(until(&format!("{STATE}.runs.print.progress?.line > 0")));
     steps.extend(hand.press("word-pause"));
