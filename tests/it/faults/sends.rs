@@ -36,7 +36,8 @@ fn no_fault_of_a_print_loses_or_doubles_a_line() {
         let so_far = printed();
         assert!(wanted.starts_with(&so_far), "{what}");
         match (one.fault, done.code) {
-            (Fault::Error(_), Some(0)) => assert_eq!(so_far, wanted, "{what}"),
+            // Also where the call did not come again: how often a printer is asked depends on time.
+            (_, Some(0)) => assert_eq!(so_far, wanted, "{what}"),
             (Fault::Error(_), Some(2 | 4)) => {
                 assert!(done.says_why(), "{what}");
                 refused += 1;

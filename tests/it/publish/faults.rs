@@ -41,7 +41,8 @@ fn survives(kind: Kind, folder: &Path, step: usize) -> [usize; 3] {
         assert!(files.iter().all(|(name, kept)| name == "part.gcode" && *kept == bytes), "{:?}: {what}", files.keys());
         assert!(started <= files.len().min(starts), "{what}");
         match (one.fault, done.code) {
-            (Fault::Error(_), Some(0)) => assert_eq!((files.len(), started), (1, starts), "{what}"),
+            // Also where the call did not come again: in how many pieces an answer is read depends on time.
+            (_, Some(0)) => assert_eq!((files.len(), started), (1, starts), "{what}"),
             (Fault::Error(_), Some(2 | 4)) => {
                 assert!(done.says_why(), "{what}");
                 refused += 1;
