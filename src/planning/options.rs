@@ -40,7 +40,7 @@ pub struct Options<'a> {
     pub pedestal_mm: f64,
     /// Parts that may overhang: something else carries them.
     pub supported: Vec<usize>,
-    /// Parts whose layers all lie on something while their neighbours stand, along the only direction that each has: somebody has looked.
+    /// Parts whose layers all lie on something while their neighbours stand, along the only direction that each has. They are not looked through again.
     pub layered: Vec<usize>,
     /// Parts that may overhang up to so much, mm².
     pub allow: Vec<(usize, f64)>,

@@ -431,11 +431,11 @@ fn assembled(
         pedestal: true,
         needs: Unsupported::default(),
     }));
-    let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>, measured: PieceNeeds, by_layers: bool| {
-        if by_layers && measured.faults() == 0 {
+    let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>, found: PieceNeeds, by_layers: bool| {
+        if by_layers && found.faults() == 0 {
             layered.push(parts.len());
         }
-        let needs = if by_layers { PieceNeeds::default() } else { measured };
+        let needs = if by_layers { PieceNeeds::default() } else { found };
         if needs.area_mm2 > 0.0 {
             let measured = Measured::of(surface.clone(), rules);
             let cap = cut.map(|k| state.steps[k].cap);
@@ -474,11 +474,10 @@ fn assembled(
         })
         .collect();
     for (k, step) in state.steps.iter().enumerate().rev() {
-        let pieces = step.pieces.iter().zip(&step.needs).enumerate();
-        let by_layers = |(i, needs): (usize, &PieceNeeds)| !needs.is_nothing() && step.passes(i, rules);
-        cuts[k].parts = pieces
-            .map(|(i, (piece, needs))| add(piece, step.plane.normal, Some(k), *needs, by_layers((i, needs))))
-            .collect();
+        let by_layers = |i: usize| !step.needs[i].is_nothing() && step.passes(i, rules);
+        let pieces = step.pieces.iter().enumerate();
+        cuts[k].parts =
+            pieces.map(|(i, piece)| add(piece, step.plane.normal, Some(k), step.needs[i], by_layers(i))).collect();
     }
     left.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
     let after = parts.iter().fold(Unsupported::default(), |sum, p| Unsupported {

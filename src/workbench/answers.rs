@@ -223,9 +223,7 @@ fn make(change: &ProjectChange, revision: &str, shared: &Shared) -> Result<(), W
     let (now, target) = {
         let state = shared.state();
         state.seen(revision)?;
-        let target = state.project.target(change, &state.names)?;
-        state.spares(&target)?;
-        (state.project.choices.clone(), target)
+        (state.project.choices.clone(), state.project.target(change, &state.names)?)
     };
     let has = |choices: &Choices, id| choices.models.iter().any(|model| model.id == id);
     now.models.iter().filter(|model| !has(&target, model.id)).for_each(|model| kept.keep(model, &shared.folder));
@@ -234,11 +232,10 @@ fn make(change: &ProjectChange, revision: &str, shared: &Shared) -> Result<(), W
         moved.insert(model.id, kept.bring_back(model, &shared.folder)?);
     }
     shared.with(|state| {
-        state.project.change(change, target, &moved);
-        state.version += 1;
+        state.change(change, target, &moved)?;
         kept.retain(&state.project.history.models());
-    });
-    Ok(())
+        Ok(())
+    })
 }
 
 fn document(value: &Value) -> WebReply {

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::WorkbenchError;
 use super::choices::Choices;
-use super::project::Project;
+use super::project::{Project, ProjectChange};
 use super::routes::JobWord;
 use super::run::Run;
 use super::runs::{Job, JobSaid};
@@ -61,13 +61,24 @@ impl State {
         if busy { Err(WorkbenchError::Busy) } else { Ok(()) }
     }
 
-    /// That every printer with something to do is among these choices.
+    /// Makes a change whose `target` is this, as [`Project::change`] does. What a printer has done goes with it, so that the next one of its number
+    /// begins anew.
     ///
     /// # Errors
     ///
-    /// [`WorkbenchError::Busy`].
-    pub(super) fn spares(&self, target: &Choices) -> Result<(), WorkbenchError> {
-        self.idle(|task| target.printers.get(task.printer).is_err())
+    /// [`WorkbenchError::Busy`] where a printer would go that has something to do.
+    pub(super) fn change(
+        &mut self,
+        change: &ProjectChange,
+        target: Choices,
+        moved: &BTreeMap<u64, String>,
+    ) -> Result<(), WorkbenchError> {
+        let goes = |task: PrinterTask| target.printers.get(task.printer).is_err();
+        self.idle(goes)?;
+        self.runs.retain(|task, _| !goes(*task));
+        self.project.change(change, target, moved);
+        self.version += 1;
+        Ok(())
     }
 
     /// A project file was unpacked to these choices; `own` is its name where it is in the project's folder.
@@ -94,12 +105,11 @@ impl State {
         self.idle(|other| task.excludes(other))?;
         let words = self.project.words(task)?;
         let made_of = (self.project.whole(), self.project.basis());
-        // Of uploads the last one counts, whether it started the print or not; and none of a file that is made anew, or to a printer that is gone.
+        // Of uploads the last one counts, whether it started the print or not; and none of a file that is made anew.
         let again = |other: PrinterTask| {
             other.task.publishes() && task.excludes(other) && (task.task.publishes() || task.task == Task::Prepare)
         };
-        let printers = &self.project.choices.printers;
-        self.runs.retain(|other, _| !again(*other) && printers.get(other.printer).is_ok());
+        self.runs.retain(|other, _| !again(*other));
         self.runs.insert(task, Run::new(task.task, words.clone(), made_of));
         self.version += 1;
         Ok(words)

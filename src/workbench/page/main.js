@@ -6,7 +6,7 @@ import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
 import { ask, asked, dragging, moved, place } from './order.js';
 import { button, h, morph } from './parts.js';
-import { busyWith, printPanel } from './print.js';
+import { busyWith, printPanel, printing } from './print.js';
 import { Scene } from './scene.js';
 import { previewOf, seePanel } from './see.js';
 import { get, hasSecret, listen, post } from './server.js';
@@ -236,7 +236,7 @@ function showLine(line) {
 
 /** The preview goes with the print. */
 function follow() {
-  const [, run] = busyWith(page.state, page.printer), line = run?.progress?.line;
+  const [, run] = printing(page.state, page.printer), line = run?.progress?.line;
   if (!line || line === page.line) return;
   page.line = line;
   showLine(line);

@@ -20,16 +20,22 @@ export function busyWith(state, printer) {
   return DOES.map((name) => [taskOf(name, printer), runOf(state, name, printer)]).find(([, run]) => run?.running) ?? [];
 }
 
+/** The same of a print, which goes on for long and can be paused. */
+export function printing(state, printer) {
+  const [task, run] = busyWith(state, printer);
+  return ['print', 'resume'].some((name) => task === taskOf(name, printer)) ? [task, run] : [];
+}
+
 /** A printer in a word or two. */
 function doing(state, printer) {
-  const [task, run] = busyWith(state, printer);
-  if (!run) return ended(runOf(state, 'resume', printer) ?? runOf(state, 'print', printer)) ? TEXTS.printerEnded : TEXTS.printerFree;
-  if (!task.startsWith('print') && !task.startsWith('resume')) return TEXTS.working;
+  const [, run] = printing(state, printer);
+  if (!run && busyWith(state, printer)[1]) return TEXTS.working;
+  if (!run) return runOf(state, 'resume', printer) ?? runOf(state, 'print', printer) ? TEXTS.printerEnded : TEXTS.printerFree;
   const percent = `${Math.floor((run.progress?.share ?? 0) * 100)} %`;
   return run.asks ? TEXTS.printerAsks : run.paused ? `${TEXTS.paused}, ${percent}` : percent;
 }
 
-export const printerName = ({ number: n, name }) => name || TEXTS.printer(n);
+const printerName = ({ number: n, name }) => name || TEXTS.printer(n);
 
 /** All printers, of which one is chosen, and what it is called. */
 function printers(state, chosen) {
@@ -102,16 +108,16 @@ function publishing(state, own, does, set) {
 
 export function printPanel(state, chosen) {
   const { commands, runs } = state, own = state.printers.find((one) => one.number === chosen);
-  const [task, run] = busyWith(state, chosen), prints = run && (task.startsWith('print') || task.startsWith('resume'));
-  const missing = commands.rehearse.why_not, busy = Boolean(run) || runs.prepare?.running;
+  const [task, run] = printing(state, chosen), missing = commands.rehearse.why_not;
+  const busy = Boolean(busyWith(state, chosen)[1]) || runs.prepare?.running;
   const does = (name, text, attributes = {}) => button('run', text, { id: name, 'data-task': taskOf(name, chosen), disabled: busy || Boolean(commands[taskOf(name, chosen)].why_not), ...attributes });
   const set = (name, label, hint) => field(taskOf(name, chosen), own[name], label, hint);
   return [
     h('h2', { text: TEXTS.printTitle }),
     missing && notice('note', TEXTS.notYet(missing)),
     printers(state, chosen),
-    prints && [live(run, task), log(run)],
-    !prints && [
+    run && [live(run, task), log(run)],
+    !run && [
       h('section', {}, h('p', { class: 'soft', text: TEXTS.rehearseHint }), does('rehearse', TEXTS.rehearse), rehearsal(runOf(state, 'rehearse', chosen))),
       h('section', {}, set('port', TEXTS.port, TEXTS.portHint),
         h('div', { class: 'row' }, does('print', TEXTS.print, { class: 'primary' }), does('resume', TEXTS.resume)),
