@@ -71,6 +71,8 @@ pub(super) struct SearchGround {
     pub(super) rules: MeasureRules,
     directions: Directions,
     first: Arc<SplitState>,
+    /// By pinned cut, what it promises behind those before it, or what is against all that it could take.
+    pins: Vec<OnceLock<Result<StatePromise, Against>>>,
     /// The facets of all states that are kept.
     kept: AtomicUsize,
     /// Cuts that were really made.
@@ -88,7 +90,8 @@ impl SearchGround {
         let directions = directions(model, reaches);
         let whole = Measured::of(Surface::of(model), &rules);
         let first = Arc::new(SplitState::of(whole, &rules, Vec::new(), directions.all.len()));
-        Self { options, rules, directions, first, kept: AtomicUsize::new(0), tried: AtomicU64::new(0) }
+        let pins = options.pinned.iter().map(|_| OnceLock::new()).collect();
+        Self { options, rules, directions, first, pins, kept: AtomicUsize::new(0), tried: AtomicU64::new(0) }
     }
 
     /// The model as it is.
@@ -125,8 +128,8 @@ impl BeamSearch<'_> {
         watch: &mut CutWatch<'_>,
     ) -> SearchFound {
         for (place, pin) in self.ground.options.pinned.iter().enumerate() {
-            match self.pinned(pin) {
-                Ok(state) => self.start = Arc::new(state),
+            match self.pinned(pin, &self.ground.pins[place]) {
+                Ok(state) => self.start = state,
                 Err(against) => {
                     let unpinned = Some((place, against));
                     return SearchFound { unpinned, ..SearchFound::only(self.start, Refused::new()) };
@@ -136,17 +139,18 @@ impl BeamSearch<'_> {
         self.run(finished, watch)
     }
 
-    /// What is left after a cut that somebody has decided.
-    fn pinned(&self, pin: &PinnedCut) -> Result<SplitState, Against> {
-        let (state, normal) = (&self.start, &pin.plane.normal);
-        if !self.machine.reaches(normal) {
+    /// What is left after a cut that somebody has decided, whether it gains anything or not; `known` is what other machines have
+    /// found out.
+    fn pinned(
+        &self,
+        pin: &PinnedCut,
+        known: &OnceLock<Result<StatePromise, Against>>,
+    ) -> Result<Arc<SplitState>, Against> {
+        if !self.machine.reaches(&pin.plane.normal) {
             return Err(Against::Head);
         }
-        let promise = self.promised(pin)?;
-        self.reached(state, &promise)?;
-        let parts = self.parts(state, &promise)?;
-        self.asked(&parts.pieces, &parts.rest.surface, &promise)?;
-        self.after(state, &promise, parts)
+        let promise = known.get_or_init(|| self.promised(pin));
+        self.made(&self.start, promise.as_ref().map_err(|against| *against)?, &Ok)
     }
 
     /// A pinned cut, as the search would propose it.
@@ -394,8 +398,18 @@ impl BeamSearch<'_> {
         self.ground.options.budget.is_none_or(|budget| budget.affords(setups, seam_mm2))
     }
 
-    /// The state after a cut, if rules and machine allow it; what is known of it already is not found out again.
+    /// The state after a cut, if rules and machine allow it and it is worth what it costs.
     pub(super) fn child(&self, state: &SplitState, promise: &StatePromise) -> Result<Arc<SplitState>, Against> {
+        self.made(state, promise, &|child| self.gains(state, child))
+    }
+
+    /// The state after a cut, if rules, machine and `worth` allow it; what is known of it already is not found out again.
+    fn made(
+        &self,
+        state: &SplitState,
+        promise: &StatePromise,
+        worth: &dyn Fn(SplitState) -> Result<SplitState, Against>,
+    ) -> Result<Arc<SplitState>, Against> {
         let answer = |against: Against| {
             promise.answer(self.number, Some(against));
             against
@@ -412,7 +426,7 @@ impl BeamSearch<'_> {
                 self.reached(state, promise).map_err(answer)?;
                 let parts = self.parts(state, promise).inspect_err(|against| promise.refuse(*against))?;
                 self.asked(&parts.pieces, &parts.rest.surface, promise).map_err(answer)?;
-                let child = self.after(state, promise, parts).and_then(|child| self.gains(state, child));
+                let child = self.after(state, promise, parts).and_then(worth);
                 Arc::new(child.map_err(answer)?)
             }
         };
