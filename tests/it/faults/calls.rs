@@ -77,14 +77,21 @@ pub(crate) fn harmed(folder: &Path, words: &[&str], Injected { call, number, fau
     run(folder, words, &[format!("-etrace={call}"), format!("-einject={call}:{what}:when={number}")])
 }
 
-/// What can befall a run of `words`: each of its calls but those of the loader, with each fault. Of a suite's every `step`th.
+/// What can befall a run of `words`: each of its calls but those of the loader, with each fault. In a suite of each name the first, and every `step`th
+/// behind it: how often a printer is asked depends on time, and would else decide which calls fail.
 pub(crate) fn faults(folder: &Path, words: &[&str], exit: i32, step: usize) -> Vec<Injected> {
     let clean = run(folder, words, &[format!("-etrace={CALLS}"), "-y".to_owned()]);
     assert_eq!(clean.code, Some(exit), "{clean:?}");
     let calls = numbered(&std::fs::read_to_string(folder.join("trace")).unwrap());
     assert!(calls.len() > 20, "{calls:?}");
     let mut all = Vec::new();
-    for (call, number) in calls.into_iter().step_by(every(step)) {
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for (call, number) in calls {
+        let place = seen.entry(call.clone()).or_default();
+        *place += 1;
+        if !(*place - 1).is_multiple_of(every(step)) {
+            continue;
+        }
         let errors: &[&str] = match call.as_str() {
             "clone3" => &["EAGAIN"],
             "openat" | "pipe2" | "socket" => &["EMFILE"],
