@@ -186,7 +186,7 @@ fn only(given: &Given<'_>) -> PyResult<Option<Way>> {
 fn cuts(given: &Given<'_>) -> PyResult<Vec<GivenCut>> {
     let parsed =
         |all: &Bound<'_, PyAny>| all.extract::<Vec<String>>().ok()?.iter().map(|text| GivenCut::parsed(text)).collect();
-    let what = "a list of X,Y,Z,OFFSET, each with an @X,Y,Z for each part to take";
+    let what = "a list of [PART:]X,Y,Z,OFFSET, each with an @X,Y,Z for each piece to take";
     Ok(given.of("cuts", what, parsed)?.unwrap_or_default())
 }
 
@@ -258,8 +258,13 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
         tries: given.count("budget")?.map_or(usual.tries, |tries| tries as u64),
     };
     let output = given.path("output")?;
-    let request =
-        SplitRequest { model: given.model(model)?, machine: machine(profile), standing: standing(given)?, options };
+    let request = SplitRequest {
+        model: given.model(model)?,
+        part: given.count("part")?,
+        machine: machine(profile),
+        standing: standing(given)?,
+        options,
+    };
     call.run(move |world| {
         let mut outputs = read([&request.model], Some(&request.machine));
         let file = claim(output.as_deref(), &mut outputs)?;

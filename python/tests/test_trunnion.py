@@ -178,9 +178,10 @@ class Documents(Folder):
         pins = [plane["pin"] for plane in document["planes"]]
         pinned = trunnion.split(model, "generic-ac", cuts=pins, max_cuts=len(pins))
         self.assertEqual(pinned.parts_3mf, done.parts_3mf)
-        for wrong in (["1,0,1"], ["1,0,1,x"], [3], "1,0,1,2"):
+        self.assertEqual(trunnion.split(model, "generic-ac", part=0).parts_3mf, done.parts_3mf)
+        for wrong in (dict(cuts=["1,0,1"]), dict(cuts=["1,0,1,x"]), dict(cuts=[3]), dict(cuts="1,0,1,2"), dict(cuts=["1:1,0,1,2"]), dict(part=1)):
             with self.assertRaises(trunnion.InputError):
-                trunnion.split(model, "generic-ac", cuts=wrong)
+                trunnion.split(model, "generic-ac", **wrong)
         options = ["--max-cuts", "1", "--strict", "--no-cut", "-9,-9,-9,9,9,9", "--margin", "1", "--pedestal", "5"]
         code, document, _ = command("split", self.folder / "tee.3mf", "-m", "generic-ac", "-o", theirs, *options)
         keywords = dict(max_cuts=1, strict=True, no_cut=[[(-9, -9, -9), (9, 9, 9)]], margin_mm=1, pedestal_mm=5)

@@ -179,6 +179,7 @@ def split(
     model: ModelLike,
     profile: ProfileLike,
     *,
+    part: Optional[int] = None,
     output: Optional[Path] = None,
     up: Union[Vector, Literal["auto"], None] = None,
     overhang_deg: Optional[float] = None,
@@ -201,6 +202,7 @@ def split(
     """Cuts one solid by planes into parts that print without supports, each along its own direction.
 
     Args:
+        part: the part of a model with several that is cut.
         output: the parts as 3MF, in the order of printing.
         up: direction in the model's coordinates that points up, or ``auto``: as :func:`orient` recommends.
         overhang_deg: slopes up to this angle from the vertical need no support; else from the profile's line width and layer height.
@@ -211,7 +213,7 @@ def split(
         max_cuts: maximum number of cuts.
         allow_mm2: what may still need support in the end.
         strict: cut off everything beyond each plane, so that the head never has to pass the remaining part.
-        cuts: cuts that are made first, in this order: ``X,Y,Z,OFFSET``, then ``@X,Y,Z`` for each part to take, as ``pin`` of
+        cuts: cuts that are made first, in this order: ``X,Y,Z,OFFSET``, then ``@X,Y,Z`` for each piece to take, as ``pin`` of
             a document's ``planes`` has them; the file's frame, mm.
         no_cut: boxes that no cut may cross, each two corners, the file's frame, mm.
         pedestal_mm: height of a part below the model, printed first.
@@ -226,7 +228,7 @@ def split(
     if up is not None and (boxes or pinned):
         raise InputError("no_cut and cuts are in the file's frame, and up turns the model; give one of them")
     given = _given(
-        output=_path(output), up=up, overhang_deg=overhang_deg, finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2,
+        part=part, output=_path(output), up=up, overhang_deg=overhang_deg, finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2,
         margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, cuts=pinned, no_cut=boxes, pedestal_mm=pedestal_mm, budget=budget, unit=unit, repair=repair,
         threads=threads,
     )  # fmt: skip
@@ -394,7 +396,7 @@ def prepare(
         bed: the slicer's bed, mm: ``250x210``, or from where to where, ``-125..125x-105..105``.
         way: the only way that is wanted; ``auto``: the cheapest that works, by the profile's ``[price]``.
         split: cut solids by planes where there is no plan for them as they are.
-        cuts: cuts that are made first, as `split` takes them; the model is then one solid, printed in parts.
+        cuts: cuts that are made first, as `split` takes them; of several parts the number and a colon before each. The model is printed in parts then.
         supports: print solids upright on supports where there is no plan for them as they are, and no cheaper cut.
         options: see :func:`options_of_plans`.
 

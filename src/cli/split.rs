@@ -33,6 +33,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
     let request = SplitRequest {
         model: args.model.source()?,
+        part: args.part,
         machine: MachineSource::from(word),
         standing: args.up.unwrap_or_default(),
         options: args.options()?,
@@ -76,7 +77,7 @@ impl Verb {
 
 /// The plane of `--cut`.
 pub(super) fn plane(text: &str) -> Result<GivenCut, Failure> {
-    let how = "must be four numbers, a direction and how far along it in mm, for example --cut 1,0,1,25; then @X,Y,Z for each part to take";
+    let how = "must be four numbers, a direction and how far along it in mm, for example --cut 1,0,1,25; before them PART: of several parts, behind them @X,Y,Z for each piece to take";
     GivenCut::parsed(text).ok_or_else(|| Failure::Usage(format!("--cut {text}: {how}")))
 }
 

@@ -103,6 +103,9 @@ pub fn cold(made: &DryRun) -> Value {
 fn of_solid(solid: &CutSolid) -> Value {
     let mut document = split(&solid.split);
     document["of_parts"] = solid.parts.as_slice().into();
+    for (k, pin) in solid.pins.iter().enumerate() {
+        document["planes"][k]["pin"] = pin.words().into();
+    }
     document
 }
 

@@ -101,6 +101,19 @@ impl LoadedModel {
         Self { model: Model { unit: self.model.unit, ..model }, ..self.clone() }
     }
 
+    /// One part alone.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::NoSuchPart`].
+    pub(crate) fn alone(&self, part: usize) -> Result<Self, BadSetting> {
+        let last = self.model.parts.len() - 1;
+        if part > last {
+            return Err(BadSetting::NoSuchPart { name: "part", given: part, last, model: self.file.clone() });
+        }
+        Ok(self.only(&[part]))
+    }
+
     /// A model that was made on the way, as it will be written to `file`.
     pub(crate) fn made(file: String, bytes: &[u8]) -> Result<Self, InputError> {
         let model = read_model(bytes, &file, &ReadOptions::default())?;

@@ -106,12 +106,20 @@ pub enum BadSetting {
     /// Boxes of the file's frame for a model that is turned.
     #[error("no-cut and cut use the file's coordinates and cannot be combined with --up; rotate the model first")]
     TurnedBoxes,
-    /// Cuts of the file's frame for a model that is set up.
+    /// Cuts of parts of the files where some of those are joined on the way.
     #[error(
-        "cut: uses the file's coordinates, but the model is turned or placed beside others; cut it first with trunnion split, then prepare \
-         its parts"
+        "cut: some parts are joined before they are printed, and have other numbers then; join them in one model as drawn (--join), or cut them \
+         first with trunnion split, then prepare the parts"
     )]
     ArrangedCut,
+    /// A cut of a model with several parts that does not say of which.
+    #[error("cut {cut}: the model has {parts} parts; put the number of the part first, for example 0:{cut}")]
+    CutOfWhich {
+        /// Its words.
+        cut: String,
+        /// How many parts there are.
+        parts: usize,
+    },
     /// Cuts for a model that is not to be cut.
     #[error("cut: contradicts {other}; remove one of them")]
     UnwantedCut {

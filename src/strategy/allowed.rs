@@ -2,7 +2,6 @@
 
 use super::arrange::SetUp;
 use super::cutting::Cutting;
-use super::error::StrategyError;
 use super::plan::Supporting;
 use super::price::Way;
 use super::split::GivenCut;
@@ -15,7 +14,7 @@ use crate::input::BadSetting;
 pub struct WaysOut {
     /// Whether its solids may be cut.
     pub cutting: Cutting,
-    /// Cuts that are made first, whatever they gain: with any, one solid is cut and printed no other way. Its file's frame.
+    /// Cuts that are made first, whatever they gain: with any, the model is printed no other way. What has none of them is cut where it must be.
     pub cuts: Vec<GivenCut>,
     /// Whether they may stand on supports.
     pub supporting: Supporting,
@@ -41,22 +40,34 @@ impl WaysOut {
         lost: Vec::new(),
     };
 
-    /// That cuts can be made which somebody has decided, where there are some: of one solid as its file has it, which is to be cut.
+    /// That cuts can be made which somebody has decided, where there are some: of parts as their files have them, which are to be cut.
     ///
     /// # Errors
     ///
-    /// [`BadSetting::UnwantedCut`], [`BadSetting::ArrangedCut`] and [`StrategyError::NotOneSolid`].
-    pub(super) fn allow_cuts(&self, set: &SetUp) -> Result<(), StrategyError> {
-        let unwanted = |other| Err(BadSetting::UnwantedCut { other }.into());
-        let (file, parts) = (&set.model.file, set.model.model.parts.len());
-        match (self.only, &self.cutting) {
-            _ if self.cuts.is_empty() => Ok(()),
-            (Some(way), _) if way != Way::Cut => unwanted("way"),
-            (_, Cutting::Never) => unwanted("split"),
-            _ if set.arranged.is_some() => Err(BadSetting::ArrangedCut.into()),
-            _ if parts != 1 => Err(StrategyError::NotOneSolid { file: file.clone(), parts }),
-            _ => Ok(()),
+    /// [`BadSetting::UnwantedCut`], [`BadSetting::ArrangedCut`], [`BadSetting::CutOfWhich`] and [`BadSetting::NoSuchPart`].
+    pub(super) fn allow_cuts(&self, set: &SetUp) -> Result<(), BadSetting> {
+        if self.cuts.is_empty() {
+            return Ok(());
         }
+        match (self.only, &self.cutting) {
+            (Some(way), _) if way != Way::Cut => return Err(BadSetting::UnwantedCut { other: "way" }),
+            (_, Cutting::Never) => return Err(BadSetting::UnwantedCut { other: "split" }),
+            _ if set.origins.is_empty() => return Err(BadSetting::ArrangedCut),
+            _ => {}
+        }
+        let last = set.model.model.parts.len() - 1;
+        // Copies of one are cut alike.
+        let several = set.origins.iter().any(|origin| origin.source > 0);
+        for cut in &self.cuts {
+            match cut.part {
+                None if several => return Err(BadSetting::CutOfWhich { cut: cut.words(), parts: last + 1 }),
+                Some(given) if given > last => {
+                    return Err(BadSetting::NoSuchPart { name: "cut", given, last, model: set.model.file.clone() });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn allow(&self, way: Way) -> bool {

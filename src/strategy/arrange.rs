@@ -93,7 +93,7 @@ const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, NEAREST_MM];
 /// Room between models, mm, where nobody asks for less.
 pub(super) const NEAREST_MM: f64 = 5.0;
 /// Room that is tried where they have no plan so near to each other, mm.
-const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
+pub(super) const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
 
 /// Models as they are to be planned.
 pub(crate) struct SetUp {
@@ -101,6 +101,8 @@ pub(crate) struct SetUp {
     pub(crate) model: LoadedModel,
     /// What was done to what was read; `None`: nothing.
     pub(crate) arranged: Option<ArrangedModel>,
+    /// By part; empty where the parts are not those of the files.
+    pub(crate) origins: Vec<Origin>,
     /// The room between models, mm, where there are several and nobody asked for some.
     gap_mm: Option<f64>,
 }
@@ -108,7 +110,24 @@ pub(crate) struct SetUp {
 impl SetUp {
     /// A model to which nothing was done.
     pub(crate) fn as_read(model: LoadedModel) -> Self {
-        Self { model, arranged: None, gap_mm: None }
+        let origins = Origin::as_read(model.model.parts.len());
+        Self { model, arranged: None, origins, gap_mm: None }
+    }
+}
+
+/// Where a part comes from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Origin {
+    /// Of all parts of all files which: copies have the same.
+    pub(crate) source: usize,
+    /// From there to where it is.
+    pub(crate) place: Rigid<Object, Object>,
+}
+
+impl Origin {
+    /// Those of so many parts that lie where their file has them.
+    fn as_read(parts: usize) -> Vec<Self> {
+        (0..parts).map(|source| Self { source, place: Rigid::shift(Vec3::zeros()) }).collect()
     }
 }
 
@@ -137,6 +156,15 @@ impl ReadModels {
         let (plates, first) = (first.plates, one(first)?);
         let others = how.beside.iter().map(|(from, copies)| Ok((one(from)?, *copies)));
         Ok(Self { first, plates, others: others.collect::<Result<_, StrategyError>>()? })
+    }
+
+    /// One part of the first, and nothing beside it.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::NoSuchPart`].
+    pub(crate) fn alone(self, part: usize) -> Result<Self, BadSetting> {
+        Ok(Self { first: self.first.alone(part)?, others: Vec::new(), ..self })
     }
 
     /// The first.
@@ -187,8 +215,8 @@ pub(crate) fn arranged(models: &Models<'_>) -> Result<SetUp, StrategyError> {
     }
     let mut changes = Vec::new();
     let stood = if how.is_plain() { None } else { Some(stood(read, others, how, machine, &mut changes)?) };
-    let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
-    let stood = stood.map(|(model, _)| model);
+    let gap_mm = stood.as_ref().and_then(|stood| stood.gap_mm.filter(|_| how.gap_mm.is_none()));
+    let (stood, stood_origins) = stood.map(|stood| (stood.model, stood.origins)).unzip();
     let model = stood.as_ref().unwrap_or(&read.model);
     if !how.join && how.snap_mm > 0.0 && model.parts.len() > MOST_PARTS {
         // Whatever becomes of them: no plan is made of as many, and what looks for gaps looks at pairs.
@@ -207,10 +235,17 @@ pub(crate) fn arranged(models: &Models<'_>) -> Result<SetUp, StrategyError> {
         return Ok(SetUp { gap_mm, ..SetUp::as_read(read.clone()) });
     };
     changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
-    Ok(SetUp { gap_mm, ..made_of(parts, read, changes, &how.file_of(read))? })
+    let of_files = stood_origins.unwrap_or_else(|| Origin::as_read(model.parts.len()));
+    let origins = match how {
+        _ if of_files.len() == parts.len() => of_files,
+        // What was joined has other numbers: whoever asked for that knows.
+        Arrangement { join: true, .. } if how.is_plain() => Origin::as_read(parts.len()),
+        _ => Vec::new(),
+    };
+    Ok(SetUp { gap_mm, origins, ..made_of(parts, read, changes, &how.file_of(read))? })
 }
 
-/// A model of its own out of what was read.
+/// A model of its own out of what was read; nothing is known of where its parts come from.
 pub(crate) fn made_of(
     parts: Vec<(String, TriangleMesh<Object>)>,
     read: &LoadedModel,
@@ -222,7 +257,8 @@ pub(crate) fn made_of(
     // The pose and what overlaps are looked at anew.
     let about_file = read.model.warnings_in_any_pose().filter(|text| !is_overlap(text));
     made.model.warnings.splice(0..0, about_file.cloned());
-    Ok(SetUp { model: made, arranged: Some(ArrangedModel { bytes, file: file.to_owned(), changes }), gap_mm: None })
+    let arranged = Some(ArrangedModel { bytes, file: file.to_owned(), changes });
+    Ok(SetUp { model: made, arranged, origins: Vec::new(), gap_mm: None })
 }
 
 impl Arrangement {
@@ -249,14 +285,23 @@ impl Arrangement {
     }
 }
 
-/// All models, turned and beside each other, and the room between them where there are several.
+/// All models, turned and beside each other.
+struct Stood {
+    model: Model,
+    /// The room between them, mm, where there are several.
+    gap_mm: Option<f64>,
+    /// By part.
+    origins: Vec<Origin>,
+}
+
+/// Turns all models, and sets them beside each other.
 fn stood(
     first: &LoadedModel,
     others: &[(LoadedModel, usize)],
     how: &Arrangement,
     machine: &LoadedProfile,
     changes: &mut Vec<String>,
-) -> Result<(Model, Option<f64>), StrategyError> {
+) -> Result<Stood, StrategyError> {
     let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
     let turns =
         all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, StrategyError>>()?;
@@ -271,24 +316,35 @@ fn stood(
         all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
     let solids: Vec<(&[Part], &Rigid<Object, Object>)> =
         each.iter().map(|(model, turn)| (&model.model.parts[..], *turn)).collect();
-    let Laid { moved, gap_mm, .. } = laid_out(&solids, how.gap_mm, machine);
+    let Laid { moved, places, gap_mm, .. } = laid_out(&solids, how.gap_mm, machine);
     if each.len() > 1 {
         changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
     }
     let mut parts = Vec::new();
+    let (mut origins, mut first) = (Vec::new(), 0);
+    let mut places = places.into_iter();
+    for (model, copies) in all() {
+        let sources = first..first + model.model.parts.len();
+        for place in places.by_ref().take(copies) {
+            origins.extend(sources.clone().map(|source| Origin { source, place }));
+        }
+        first = sources.end;
+    }
     for (index, ((model, _), meshes)) in each.iter().zip(moved).enumerate() {
         for (part, mesh) in model.model.parts.iter().zip(meshes) {
             let name = if each.len() > 1 { format!("{}-{}", index + 1, part.name) } else { part.name.clone() };
             parts.push((name, mesh));
         }
     }
-    Ok((Model::from_parts(parts), (each.len() > 1).then_some(gap_mm)))
+    Ok(Stood { model: Model::from_parts(parts), gap_mm: (each.len() > 1).then_some(gap_mm), origins })
 }
 
 /// What was set beside each other.
 pub(crate) struct Laid {
     /// The meshes of each, in their places.
     pub(crate) moved: Vec<Vec<TriangleMesh<Object>>>,
+    /// How each was turned and moved.
+    pub(crate) places: Vec<Rigid<Object, Object>>,
     /// The room between them, mm.
     pub(crate) gap_mm: f64,
     /// Whether all of them lie on the table so.
@@ -307,10 +363,11 @@ pub(crate) fn laid_out(
         let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
         let own = bounds(parts, &turn);
         let by = Vec3::new(spot.corner[0] - own.min.x, spot.corner[1] - own.min.y, -own.min.z);
-        let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
-        parts.iter().map(|part| part.mesh.moved(&placed)).collect()
+        let place = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
+        (parts.iter().map(|part| part.mesh.moved(&place)).collect(), place)
     };
-    Laid { moved: each.iter().zip(&spots).map(place).collect(), gap_mm, fits }
+    let (moved, places) = each.iter().zip(&spots).map(place).unzip();
+    Laid { moved, places, gap_mm, fits }
 }
 
 /// How the model is turned.

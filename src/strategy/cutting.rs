@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use super::arrange::SetUp;
 use super::plan::{Along, PlanOptions, PlanResult, planned_along};
 use super::refused::Refused;
-use super::solids::{CutSolid, CutsOf, Known, Pieces, in_parts};
+use super::solids::{CutSolid, CutsOf, Known, Pieces, in_parts, pins};
 use crate::input::{LoadedModel, LoadedProfile};
 use crate::spelling::counted;
 use crate::split::Split;
@@ -63,23 +64,24 @@ impl CutModel {
 /// Steps of the search for a sequence of loose solids' parts; one solid's are few, and take as many as they are given.
 const STEPS: u64 = 1_000_000;
 
-/// The plan of `model` with its solids cut, the cuts and the parts' file; else why not.
+/// The plan of the models of `set` with their solids cut, the cuts and the parts' file; else why not.
 pub(super) fn in_pieces(
-    model: &LoadedModel,
+    set: &SetUp,
     machine: &LoadedProfile,
     options: &PlanOptions,
     how: CutsOf<'_>,
     known: &mut Known,
     world: &World<'_>,
 ) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), Refused> {
+    let model = &set.model;
     if model.model.parts.len() == 1 {
-        let (plan, split, bytes) = in_parts(model.clone(), machine, options, how, world)?;
+        let (plan, split, bytes) = in_parts(model.clone(), machine, options, how.of_part(set, 0), world)?;
         if split.split.cuts.is_empty() {
             return Err(Refused::Whole);
         }
-        return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
+        return Ok((plan, vec![CutSolid { parts: vec![0], pins: pins(&split, set, 0), split }], bytes));
     }
-    let pieces = Pieces::of(model, machine, options, how.budget, known, world)?;
+    let pieces = Pieces::of(set, machine, options, how, known, world)?;
     let bytes = pieces.threemf();
     let parts = LoadedModel::made(how.file.to_owned(), &bytes)?;
     let plain =

@@ -54,7 +54,7 @@ pub enum StrategyError {
     Fit(#[from] FitError),
     /// A model of several parts where one solid is cut.
     #[error(
-        "{file} has {parts} closed parts, and only one solid can be cut; give one part alone, or plan the parts as they are"
+        "{file} has {parts} closed parts, and only one solid can be cut; choose one (--part), or plan the parts as they are"
     )]
     NotOneSolid {
         /// The model.

@@ -5,7 +5,7 @@
 
 use std::cell::OnceCell;
 
-use super::arrange::{Laid, SetUp, laid_out, made_of};
+use super::arrange::{Laid, Origin, SetUp, laid_out, made_of};
 use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, planned_along};
 use super::solids::{copied, groups};
@@ -82,12 +82,13 @@ impl Cluster {
     }
 }
 
-/// The model of `set` with its clusters beside each other, as far apart as the head needs it; those with a direction in `ups` stand with it
-/// up.
+/// The model of `set` with its clusters beside each other, by default as far apart as the head needs it; those with a direction in `ups` stand with
+/// it up.
 pub(super) fn spread(
     set: &SetUp,
     clusters: &[Cluster],
     ups: &[Option<Vec3>],
+    gap_mm: Option<f64>,
     machine: &LoadedProfile,
     file: &str,
 ) -> Result<SetUp, StrategyError> {
@@ -99,14 +100,17 @@ pub(super) fn spread(
     };
     let turns: Vec<Rigid<Object, Object>> = parts.iter().zip(ups).map(turn).collect();
     let each: Vec<(&[Part], &Rigid<Object, Object>)> = parts.iter().map(Vec::as_slice).zip(&turns).collect();
-    let usual = laid_out(&each, None, machine);
+    let usual = laid_out(&each, gap_mm, machine);
     // What is printed upright together needs no room for the head, but a search in so little room takes long where there are many.
-    let tight = !usual.fits && each.len() <= FEW;
-    let Laid { moved, gap_mm, .. } = if tight { laid_out(&each, Some(TIGHT_MM), machine) } else { usual };
+    let tight = gap_mm.is_none() && !usual.fits && each.len() <= FEW;
+    let Laid { moved, places, gap_mm, .. } = if tight { laid_out(&each, Some(TIGHT_MM), machine) } else { usual };
     let mut placed: Vec<Option<_>> = vec![None; model.parts.len()];
-    for ((cluster, own), meshes) in clusters.iter().zip(&parts).zip(moved) {
+    let mut origins = set.origins.clone();
+    for (((cluster, own), meshes), by) in clusters.iter().zip(&parts).zip(moved).zip(&places) {
         for ((&place, part), mesh) in cluster.parts.iter().zip(own).zip(meshes) {
             placed[place] = Some((part.name.clone(), mesh));
+            let origin = origins.get_mut(place);
+            origin.into_iter().for_each(|Origin { place, .. }| *place = place.then(by));
         }
     }
     let mut changes = vec![format!("{} stand {gap_mm:.1} mm apart", counted(clusters.len(), "loose solid"))];
@@ -123,7 +127,9 @@ pub(super) fn spread(
     }));
     let earlier = set.arranged.iter().flat_map(|arranged| arranged.changes.clone());
     let changes = earlier.chain(changes).collect();
-    made_of(placed.into_iter().flatten().collect(), &set.model, changes, file)
+    let mut spread = made_of(placed.into_iter().flatten().collect(), &set.model, changes, file)?;
+    spread.origins = origins;
+    Ok(spread)
 }
 
 /// By cluster, the direction that is to be up so that it is printed by itself: where it has no plan as it was drawn, the first pose of
@@ -170,7 +176,7 @@ fn by_itself(alone: &LoadedModel, machine: &LoadedProfile, options: &PlanOptions
     let set = SetUp::as_read(alone.clone());
     let cluster = Cluster::all(&alone.model);
     let stands = |up: &Vec3| {
-        let turned = spread(&set, &cluster, &[Some(*up)], machine, &alone.file);
+        let turned = spread(&set, &cluster, &[Some(*up)], None, machine, &alone.file);
         turned.is_ok_and(|turned| has_plan(&turned.model))
     };
     let ups = || poses.others.iter().map(|pose| pose.up);

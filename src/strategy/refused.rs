@@ -46,6 +46,12 @@ pub enum Refused {
         /// How many.
         parts: usize,
     },
+    /// A part that is to be cut touches others.
+    #[error("{part} touches other parts, and only single solids are cut; join them (--join)")]
+    Touched {
+        /// Which.
+        part: String,
+    },
     /// Each solid has a plan by itself.
     #[error("each has a plan by itself, but not beside the others; place them farther apart (--gap)")]
     Beside,
@@ -217,7 +223,7 @@ impl Refused {
             Self::NoPlan(_) | Self::Touching(_) => "way/no-plan",
             Self::Failed { code, .. } => code,
             Self::Crowded(_) | Self::Beside => "way/too-near",
-            Self::Several { .. } => "way/parts-touch",
+            Self::Several { .. } | Self::Touched { .. } => "way/parts-touch",
             Self::Whole | Self::Jointed => "way/nothing-to-cut",
             Self::Uncut(why) => why.code(),
             Self::Part { why, .. } => why.code(),

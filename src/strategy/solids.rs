@@ -1,15 +1,17 @@
 //! One solid cut by planes and planned; and several on one table, without a plan: what has one by itself stays as it is, each other solid is
 //! cut, copies once.
 
+use super::arrange::SetUp;
 use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, PlanResult, planned, planned_along};
 use super::refused::Refused;
 use super::split::{GivenCut, SplitOptions, SplitResult, cut_up};
+use super::uncut::Uncut;
 use crate::geom::{Object, Rigid, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile, spanning};
 use crate::mesh::{Model, TriangleMesh, threemf};
 use crate::spelling::part_named;
-use crate::split::CutBudget;
+use crate::split::{CutBudget, CutMade};
 use crate::world::World;
 
 /// Solids of one shape that were cut.
@@ -17,6 +19,8 @@ use crate::world::World;
 pub struct CutSolid {
     /// The parts of the model that were cut so, ascending; the first is the one that `split` tells of.
     pub parts: Vec<usize>,
+    /// The cuts as they can be given again.
+    pub pins: Vec<GivenCut>,
     /// The parts and the cuts.
     pub split: SplitResult,
 }
@@ -40,10 +44,21 @@ struct Shape {
     mesh: TriangleMesh<Object>,
     /// What its user lets pass.
     allow: Option<Option<f64>>,
-    /// The directions of its plan, where it has one whole.
+    /// Of which part somebody has decided the cuts, in a file.
+    given: Option<usize>,
+    /// The directions of its plan, where it has one whole and may stay so.
     whole: Result<Option<Vec<Vec3>>, Refused>,
-    /// Its parts' directions and the cuts, where that was tried.
-    cut: Option<Result<(Vec<Vec3>, SplitResult), Refused>>,
+    /// The cuts, where that was tried.
+    cut: Option<Result<ShapeCut, Refused>>,
+}
+
+/// How a shape was cut.
+struct ShapeCut {
+    /// Its parts' directions.
+    ups: Vec<Vec3>,
+    split: SplitResult,
+    /// The cuts as they can be given again.
+    pins: Vec<GivenCut>,
 }
 
 /// A group of parts as if it stood alone, with the options that are its own.
@@ -89,7 +104,7 @@ impl Known {
             let parts = model.only(&alone.group);
             let whole = match alone.group.len() {
                 1 => {
-                    let (index, _) = self.of(&parts, machine, &alone.options, world);
+                    let (index, _) = self.of(&parts, None, machine, &alone.options, world);
                     self.0[index].whole.clone()
                 }
                 _ => whole(&parts, machine, &alone.options, world),
@@ -99,39 +114,45 @@ impl Known {
         Alone::all(&model.model, options).iter().all(has_plan)
     }
 
-    /// The shape of the one part of `solid`, and by how much that lies beside what is known.
+    /// The shape of the one part of `solid`, and by how much that lies beside what is known; `given` is that of [`Shape`].
     fn of(
         &mut self,
         solid: &LoadedModel,
+        given: Option<usize>,
         machine: &LoadedProfile,
         options: &PlanOptions,
         world: &World<'_>,
     ) -> (usize, Vec3) {
         let mesh = &solid.model.parts[0].mesh;
         let allow = options.allow.first().map(|(_, area)| *area);
-        let same = |shape: &Shape| copied(&shape.mesh, mesh).filter(|_| shape.allow == allow);
+        let same = |shape: &Shape| copied(&shape.mesh, mesh).filter(|_| shape.allow == allow && shape.given == given);
         if let Some(found) = self.0.iter().enumerate().find_map(|(k, shape)| Some((k, same(shape)?))) {
             return found;
         }
-        let whole = whole(solid, machine, options, world);
-        self.0.push(Shape { mesh: mesh.clone(), allow, whole, cut: None });
+        // Where cuts are given it does not stay whole.
+        let whole = if given.is_some() { Ok(None) } else { whole(solid, machine, options, world) };
+        self.0.push(Shape { mesh: mesh.clone(), allow, given, whole, cut: None });
         (self.0.len() - 1, Vec3::zeros())
     }
 
-    /// Cuts a shape that has no plan whole, where that was not tried yet.
+    /// Cuts a shape that has no plan whole, where that was not tried yet, as this part of `set`.
     fn cut(
         &mut self,
         index: usize,
-        solid: LoadedModel,
+        (set, part): (&SetUp, usize),
         machine: &LoadedProfile,
         options: &PlanOptions,
-        budget: Option<CutBudget>,
+        how: CutsOf<'_>,
         world: &World<'_>,
     ) {
         let shape = &mut self.0[index];
         if matches!(shape.whole, Ok(None)) && shape.cut.is_none() {
-            let cut = in_parts(solid, machine, options, CutsOf { file: "", cuts: &[], budget }, world);
-            shape.cut = Some(cut.map(|(plan, split, _)| (directions(&plan.plan), split)));
+            let cut = in_parts(set.model.only(&[part]), machine, options, how.of_part(set, part), world);
+            shape.cut = Some(cut.map(|(plan, split, _)| ShapeCut {
+                ups: directions(&plan.plan),
+                pins: pins(&split, set, part),
+                split,
+            }));
         }
     }
 }
@@ -170,21 +191,25 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    /// The pieces of `model`, whose groups of parts are planned or cut each as if it stood alone; else why not.
+    /// The pieces of a model whose groups of parts are planned or cut each as if it stood alone; else why not.
     pub(super) fn of(
-        model: &LoadedModel,
+        set: &SetUp,
         machine: &LoadedProfile,
         options: &PlanOptions,
-        budget: Option<CutBudget>,
+        how: CutsOf<'_>,
         known: &mut Known,
         world: &World<'_>,
     ) -> Result<Self, Refused> {
+        let model = &set.model;
         let mut pieces = Self::default();
         let mut cut: Vec<(usize, Vec<usize>)> = Vec::new();
         for Alone { group, options } in &Alone::all(&model.model, options) {
             let named = |part: usize| part_named(part, &model.model.parts[part].name);
             let parts = model.only(group);
             let [part] = group[..] else {
+                if let Some(&part) = group.iter().find(|&&part| how.is_given(set, part)) {
+                    return Err(Refused::Touched { part: named(part) });
+                }
                 let Some(ups) = whole(&parts, machine, options, world)? else {
                     let [first, last] = [group[0], group[group.len() - 1]].map(named);
                     return Err(Refused::Several { first, last, parts: group.len() });
@@ -192,17 +217,18 @@ impl Pieces {
                 pieces.keep(model, group, &ups, options);
                 continue;
             };
-            let (index, by) = known.of(&parts, machine, options, world);
-            known.cut(index, parts, machine, options, budget, world);
+            let given = how.is_given(set, part).then(|| set.origins[part].source);
+            let (index, by) = known.of(&parts, given, machine, options, world);
+            known.cut(index, (set, part), machine, options, how, world);
             let Shape { whole, cut: split, .. } = &known.0[index];
             let about = |why: &Refused| why.clone().of_part(named(part));
             if let Some(ups) = whole.as_ref().map_err(about)? {
                 pieces.keep(model, group, ups, options);
             }
             if let Some(made) = split {
-                let (ups, split) = made.as_ref().map_err(about)?;
-                pieces.take(&model.called(part), split, &by);
-                pieces.along(ups);
+                let made = made.as_ref().map_err(about)?;
+                pieces.take(&model.called(part), &made.split, &by);
+                pieces.along(&made.ups);
                 match cut.iter_mut().find(|(of, _)| *of == index) {
                     Some((_, parts)) => parts.push(part),
                     None => cut.push((index, vec![part])),
@@ -210,8 +236,8 @@ impl Pieces {
             }
         }
         let of_shape = |(index, parts): (usize, Vec<usize>)| {
-            let (_, split) = known.0[index].cut.as_ref()?.as_ref().ok()?;
-            Some(CutSolid { parts, split: split.clone() })
+            let ShapeCut { split, pins, .. } = known.0[index].cut.as_ref()?.as_ref().ok()?;
+            Some(CutSolid { parts, pins: pins.clone(), split: split.clone() })
         };
         pieces.cut = cut.into_iter().filter_map(of_shape).collect();
         if pieces.cut.is_empty() {
@@ -252,15 +278,56 @@ impl Pieces {
     }
 }
 
-/// How one solid is cut.
+/// How solids are cut.
 #[derive(Clone, Copy)]
 pub(super) struct CutsOf<'a> {
     /// What the plan calls the parts' file.
     pub(super) file: &'a str,
     /// Cuts that are made first.
     pub(super) cuts: &'a [GivenCut],
-    /// What the cuts may cost.
+    /// What the cuts of one solid may cost.
     pub(super) budget: Option<CutBudget>,
+}
+
+impl<'a> CutsOf<'a> {
+    /// Whether a cut of this part, or of a copy of it, is given.
+    fn is_given(&self, set: &SetUp, part: usize) -> bool {
+        self.cuts.iter().any(|cut| is_of(cut, set, part))
+    }
+
+    /// How one part is cut, which lies in `set`.
+    pub(super) fn of_part(&self, set: &SetUp, part: usize) -> PartCuts<'a> {
+        let own = self.cuts.iter().enumerate().filter(|(_, cut)| is_of(cut, set, part));
+        let given = own.map(|(place, cut)| (place, cut.moved(&set.origins[part].place))).collect();
+        PartCuts { file: self.file, given, budget: self.budget }
+    }
+}
+
+/// Whether a cut is of this part, or of a copy of it.
+fn is_of(cut: &GivenCut, set: &SetUp, part: usize) -> bool {
+    let source = |part: usize| set.origins.get(part).map(|origin| origin.source);
+    source(cut.part.unwrap_or(0)).is_some_and(|of| source(part) == Some(of))
+}
+
+/// The cuts of a part as they can be given again.
+pub(super) fn pins(split: &SplitResult, set: &SetUp, part: usize) -> Vec<GivenCut> {
+    let several = set.origins.iter().any(|origin| origin.source > 0);
+    let back = set.origins.get(part).map(|origin| origin.place.inverse());
+    let pin = |cut: &CutMade| {
+        let cut = GivenCut { part: several.then_some(part), ..GivenCut::of(cut) };
+        back.map_or_else(|| cut.clone(), |back| cut.moved(&back))
+    };
+    split.split.cuts.iter().map(pin).collect()
+}
+
+/// How one solid is cut.
+pub(super) struct PartCuts<'a> {
+    /// What the plan calls the parts' file.
+    file: &'a str,
+    /// Cuts that are made first, where the solid lies, and which of all that are given they are.
+    given: Vec<(usize, GivenCut)>,
+    /// What the cuts may cost.
+    budget: Option<CutBudget>,
 }
 
 /// One solid in parts: the plan of them, the cuts and the parts' file; else why not.
@@ -268,7 +335,7 @@ pub(super) fn in_parts(
     solid: LoadedModel,
     machine: &LoadedProfile,
     options: &PlanOptions,
-    CutsOf { file, cuts, budget }: CutsOf<'_>,
+    PartCuts { file, given, budget }: PartCuts<'_>,
     world: &World<'_>,
 ) -> Result<(PlanResult, SplitResult, Vec<u8>), Refused> {
     let usual = SplitOptions::default();
@@ -280,14 +347,18 @@ pub(super) fn in_parts(
         margin_mm: options.margin_mm,
         budget,
         tries: options.budget,
-        cuts: cuts.to_vec(),
-        max_cuts: usual.max_cuts.max(cuts.len()),
+        max_cuts: usual.max_cuts.max(given.len()),
+        // Of the only part of `solid`.
+        cuts: given.iter().map(|(_, cut)| GivenCut { part: None, ..cut.clone() }).collect(),
         ..usual
     };
     let spanned = spanning(machine.clone(), options.bridge_mm).map_err(StrategyError::from)?;
     let split = cut_up(solid, &spanned, &how, world)?;
     if let Some(why) = split.why_not() {
-        return Err(Refused::Uncut(why));
+        return Err(Refused::Uncut(match why {
+            Uncut::Pinned { number, against } => Uncut::Pinned { number: given[number - 1].0 + 1, against },
+            other => other,
+        }));
     }
     let bytes = split.threemf();
     let parts = LoadedModel::made(file.to_owned(), &bytes)?;

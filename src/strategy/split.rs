@@ -6,7 +6,7 @@ use super::arrange::{Arrangement, Models, PoseChoice, ReadModels, arranged_aloud
 use super::error::StrategyError;
 use super::plan::{CAREFUL_DEG, Finish, PlanOptions};
 use super::uncut::Uncut;
-use crate::geom::{Angle, Bounds, Vec3};
+use crate::geom::{Angle, Bounds, Object, Rigid, Vec3};
 use crate::input::{
     BadSetting, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_aloud, load_profile, spanning,
 };
@@ -22,8 +22,10 @@ use crate::world::World;
 /// A model and a machine, and how to cut.
 #[derive(Clone, Debug)]
 pub struct SplitRequest {
-    /// The model: one closed solid.
+    /// The model: one closed solid, or several of which `part` says which.
     pub model: ModelSource,
+    /// The part of the model that is cut; `None`: its only one.
+    pub part: Option<usize>,
     /// The machine.
     pub machine: MachineSource,
     /// Which way the solid stands before it is cut.
@@ -83,9 +85,11 @@ impl Default for SplitOptions {
     }
 }
 
-/// A cut that somebody has decided: what lies beyond a plane is printed along its normal. The file's frame, mm.
+/// A cut that somebody has decided: what lies beyond a plane is printed along its normal. The part's own file's frame, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenCut {
+    /// Which part is cut, and its copies with it; `None`: the only one.
+    pub part: Option<usize>,
     /// The plane's normal, of any length but none.
     pub normal: [f64; 3],
     /// Distance of the plane from the origin along the normal.
@@ -96,34 +100,54 @@ pub struct GivenCut {
 
 impl GivenCut {
     fn pinned(&self) -> PinnedCut {
-        let normal = Vec3::from(self.normal);
-        // As it was written, where it is a unit already.
-        let normal = if (normal.norm() - 1.0).abs() < UNIT { normal } else { normal.normalize() };
-        let plane = Plane { normal, offset_mm: self.offset_mm };
+        let plane = Plane { normal: self.unit(), offset_mm: self.offset_mm };
         PinnedCut { plane, points: self.points.iter().copied().map(Vec3::from).collect() }
     }
 
-    /// The one that makes this cut again.
+    /// The normal: as it was written, where it is a unit already.
+    fn unit(&self) -> Vec3 {
+        let normal = Vec3::from(self.normal);
+        if (normal.norm() - 1.0).abs() < UNIT { normal } else { normal.normalize() }
+    }
+
+    /// The same cut of a part that was moved so.
+    pub(super) fn moved(&self, by: &Rigid<Object, Object>) -> Self {
+        let normal = by.rotation * self.unit();
+        let point = |point: &[f64; 3]| (by.rotation * Vec3::from(*point) + by.translation).into();
+        Self {
+            part: self.part,
+            normal: normal.into(),
+            offset_mm: self.offset_mm + normal.dot(&by.translation),
+            points: self.points.iter().map(point).collect(),
+        }
+    }
+
+    /// The one that makes this cut again, of the only part.
     pub fn of(cut: &CutMade) -> Self {
         let plane = &cut.plane;
         let points = cut.points.iter().map(|point| (*point).into()).collect();
-        Self { normal: plane.normal.into(), offset_mm: plane.offset_mm, points }
+        Self { part: None, normal: plane.normal.into(), offset_mm: plane.offset_mm, points }
     }
 
     /// As [`GivenCut::parsed`] reads it, to the last bit.
     pub fn words(&self) -> String {
         let [x, y, z] = self.normal;
         let point = |[x, y, z]: &[f64; 3]| format!("@{x},{y},{z}");
-        format!("{x},{y},{z},{}{}", self.offset_mm, self.points.iter().map(point).collect::<String>())
+        let part = self.part.map_or_else(String::new, |part| format!("{part}:"));
+        format!("{part}{x},{y},{z},{}{}", self.offset_mm, self.points.iter().map(point).collect::<String>())
     }
 
-    /// Normal and distance, and points behind an @ each: `X,Y,Z,OFFSET[@X,Y,Z]..`.
+    /// The part, normal and distance, and points behind an @ each: `[PART:]X,Y,Z,OFFSET[@X,Y,Z]..`.
     pub fn parsed(text: &str) -> Option<Self> {
+        let (part, text) = match text.split_once(':') {
+            Some((part, rest)) => (Some(part.parse().ok()?), rest),
+            None => (None, text),
+        };
         let mut words = text.split('@');
         let [x, y, z, offset_mm] = numbers(words.next()?)?;
         let points = words.map(numbers).collect::<Option<Vec<[f64; 3]>>>()?;
         let normal = [x, y, z];
-        (Vec3::from(normal).norm() > LEAST_NORMAL).then_some(Self { normal, offset_mm, points })
+        (Vec3::from(normal).norm() > LEAST_NORMAL).then_some(Self { part, normal, offset_mm, points })
     }
 }
 
@@ -231,20 +255,32 @@ impl SplitResult {
 /// [`StrategyError::NotOneSolid`], [`StrategyError::Setting`], [`StrategyError::Misplaced`], and what reading model and machine may say. That cutting
 /// does not help is a result.
 pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, StrategyError> {
-    let options = &request.options;
+    let options = &SplitOptions { cuts: of_part(&request.options.cuts, request.part)?, ..request.options.clone() };
     check(options)?;
     let machine = spanning(load_profile(&request.machine, world)?, options.bridge_mm)?;
     if request.standing == PoseChoice::AsDrawn {
-        return cut_up(load_aloud(&request.model, world)?, &machine, options, world);
+        let model = load_aloud(&request.model, world)?;
+        let model = request.part.map_or_else(|| Ok(model.clone()), |part| model.alone(part))?;
+        return cut_up(model, &machine, options, world);
     }
     if !options.no_cut.is_empty() || !options.cuts.is_empty() {
         return Err(BadSetting::TurnedBoxes.into());
     }
     let how = Arrangement { standing: request.standing, snap_mm: 0.0, ..Arrangement::default() };
-    let read = &ReadModels::read(&request.model, &how, world)?;
+    let read = ReadModels::read(&request.model, &how, world)?;
+    let read = &if let Some(part) = request.part { read.alone(part)? } else { read };
     let set = arranged_aloud(&Models { read, how: &how, machine: &machine }, world)?;
     let stood = set.arranged.map(|arranged| arranged.changes.join("; "));
     Ok(SplitResult { stood, ..cut_up(set.model, &machine, options, world)? })
+}
+
+/// The cuts as those of the only part, where they are of this one.
+fn of_part(cuts: &[GivenCut], part: Option<usize>) -> Result<Vec<GivenCut>, BadSetting> {
+    let Some(part) = part else { return Ok(cuts.to_vec()) };
+    if cuts.iter().any(|cut| cut.part.is_some_and(|of| of != part)) {
+        return Err(BadSetting::UnwantedCut { other: "part" });
+    }
+    Ok(cuts.iter().map(|cut| GivenCut { part: None, ..cut.clone() }).collect())
 }
 
 /// Cuts a model that is loaded already.
@@ -259,6 +295,9 @@ pub(super) fn cut_up(
     let [part] = &model.model.parts[..] else {
         return Err(StrategyError::NotOneSolid { file: model.file, parts: model.model.parts.len() });
     };
+    if let Some(given) = options.cuts.iter().filter_map(|cut| cut.part).find(|part| *part > 0) {
+        return Err(BadSetting::NoSuchPart { name: "cut", given, last: 0, model: model.file }.into());
+    }
     let placement = centred(&model.model, &machine.profile)?;
     let process = &machine.profile.process;
     let overhang_deg = options.overhang_deg.unwrap_or(CAREFUL_DEG);

@@ -2,7 +2,7 @@
 //! The model itself is never changed: what is turned or cut is a model of its own, for whoever asked to write beside the output.
 
 use super::allowed::WaysOut;
-use super::arrange::{Arrangement, Models, ReadModels, SetUp, arranged, arranged_aloud};
+use super::arrange::{Arrangement, Models, ReadModels, SetUp, WIDER_MM, arranged, arranged_aloud};
 use super::costs::{self, as_planned};
 use super::cutting::{CutModel, Cutting, in_pieces};
 use super::error::StrategyError;
@@ -196,8 +196,8 @@ impl Tries<'_> {
     fn allowed(&self, way: Way) -> bool {
         let may = match way {
             Way::Turned | Way::TurnedSupports => self.may_be_moved() || may_turn(self.models, &self.sets[0]),
-            // Parts of one assembly are not cut.
-            Way::Cut => !self.is_assembly(),
+            // Parts of one assembly are not cut; who says where is told so.
+            Way::Cut => !self.is_assembly() || !self.ways.cuts.is_empty(),
             Way::AsDrawn | Way::Supports => true,
         };
         may && self.ways.allow(way)
@@ -214,13 +214,13 @@ impl Tries<'_> {
     }
 
     /// The models with their loose solids beside each other, with some direction up or, by default, as they were drawn.
-    fn spread(&self, ups: &[Option<Vec3>]) -> Option<SetUp> {
+    fn spread(&self, ups: &[Option<Vec3>], gap_mm: Option<f64>) -> Option<SetUp> {
         let file = self.models.how.file_of(&self.sets[0].model);
-        spread(&self.sets[0], &self.clusters, ups, self.models.machine, &file).ok()
+        spread(&self.sets[0], &self.clusters, ups, gap_mm, self.models.machine, &file).ok()
     }
 
-    fn spread_as_drawn(&self) -> Option<SetUp> {
-        self.spread(&vec![None; self.clusters.len()])
+    fn spread_as_drawn(&self, gap_mm: Option<f64>) -> Option<SetUp> {
+        self.spread(&vec![None; self.clusters.len()], gap_mm)
     }
 
     /// As they were drawn, but elsewhere on the table. Whatever is tried later is tried of these.
@@ -229,7 +229,7 @@ impl Tries<'_> {
             return;
         }
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
-        let Some(set) = self.spread_as_drawn() else { return };
+        let Some(set) = self.spread_as_drawn(None) else { return };
         if let Ok(plan) = planned(set.model.clone(), self.models.machine.clone(), &quiet, self.world) {
             self.find(Way::AsDrawn, plan.of_arranged(set.arranged.clone()), None, None);
         }
@@ -244,7 +244,7 @@ impl Tries<'_> {
         let silent = World { progress: &Silent, ..*self.world };
         let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
         let ups = each_by_itself(&self.sets[0].model, &self.clusters, self.models.machine, &quiet, &silent);
-        let Some(set) = self.spread(&ups) else { return };
+        let Some(set) = self.spread(&ups, None) else { return };
         let turned = ups.iter().any(Option::is_some);
         if self.allowed(Way::Turned) && turned {
             match planned(set.model.clone(), self.models.machine.clone(), &quiet, &silent) {
@@ -263,7 +263,7 @@ impl Tries<'_> {
         }
         // On supports and in parts they may need the same room.
         if !self.misplaced {
-            self.sets.extend(self.spread_as_drawn());
+            self.sets.extend(self.spread_as_drawn(None));
         }
     }
 
@@ -445,6 +445,11 @@ impl Tries<'_> {
             return;
         }
         let how = CutsOf { file, cuts: &self.ways.cuts, budget: self.budget_of_cuts() };
+        if !how.cuts.is_empty() && self.may_be_moved() {
+            // Nobody has looked yet how much room they need.
+            let wider = std::iter::once(None).chain(WIDER_MM.map(Some));
+            self.sets.extend(wider.filter_map(|gap_mm| self.spread_as_drawn(gap_mm)).collect::<Vec<_>>());
+        }
         let cheapest = self.found.iter().min_by(|a, b| a.rank.total_cmp(&b.rank));
         let named =
             |found: &Found| Some(format!("{} (price {:.0} min)", found.tried.way.word(), found.tried.price_min?));
@@ -453,7 +458,7 @@ impl Tries<'_> {
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;
         let cut = self.first_of(|set| {
-            let (mut plan, solids, bytes) = in_pieces(&set.model, machine, self.options, how, &mut known, self.world)?;
+            let (mut plan, solids, bytes) = in_pieces(set, machine, self.options, how, &mut known, self.world)?;
             let cut = CutModel { solids, bytes, file: file.clone(), why: why.clone() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))

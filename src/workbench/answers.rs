@@ -11,7 +11,7 @@ use super::choices::{Choices, ChosenModel, ENDINGS};
 use super::doors::{is_plain, is_project, shown};
 use super::folder::Saving;
 use super::http::{HttpAnswer, RequestHead};
-use super::project::{ProjectChange, Stamp};
+use super::project::{CutAnswer, ProjectChange, Stamp};
 use super::routes::{FILES, WebAsked, asked, kind_of};
 use super::runs::Lent;
 use super::shared::Shared;
@@ -175,21 +175,29 @@ fn cut(cuts: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, Wor
     if cuts == "auto" {
         return make(&change, revision, shared).map(|()| None);
     }
-    let (words, basis) = {
+    let (mut answers, basis) = {
         let state = shared.state();
         state.seen(revision)?;
-        (state.project.target(&change, &state.names)?.split()?, state.project.basis())
+        let target = state.project.target(&change, &state.names)?;
+        (state.project.cut_commands(&target)?, state.project.basis())
     };
-    let document = said(&words, shared)?;
-    if !document["planes"].is_array() || document["refused_cut"].is_u64() {
-        let said = document["reasons"].get(0).or(document.get("error"));
-        return Ok(Some(json!({"error": said, "code": document["code"], "cut": document["refused_cut"]})));
+    for CutAnswer { of, words, document } in &mut answers {
+        let document = match document {
+            Some(known) => known,
+            none => none.insert(said(words, shared)?),
+        };
+        if !document["planes"].is_array() || document["refused_cut"].is_u64() {
+            let said = document["reasons"].get(0).or(document.get("error"));
+            let place = document["refused_cut"].as_u64().and_then(|k| of.cuts.get(k as usize));
+            let place = place.map(|(place, _)| place);
+            return Ok(Some(json!({"error": said, "code": document["code"], "cut": place})));
+        }
     }
     make(&change, revision, shared)?;
     shared.with(|state| {
         // The file may have become another one meanwhile.
         if state.project.basis() == basis {
-            state.project.take_cut(document);
+            state.project.take_cuts(answers);
         }
         state.version += 1;
     });

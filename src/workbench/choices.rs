@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::WorkbenchError;
+use super::cuts::CutsOfPart;
 use super::doors::{is_below, plain_of};
 use super::printers::ChosenPrinters;
 use super::task::numbered;
@@ -173,8 +174,7 @@ impl Choices {
         }
     }
 
-    /// An order is one of the parts that there were, and cuts are of the solid that there was: where these may be others than in `before`, both are
-    /// left to the plan.
+    /// An order is one of the parts that there were: where these may be others than in `before`, it is left to the plan.
     pub(super) fn order_after(&mut self, before: &Self) {
         let parts = |choices: &Self| Self {
             order: String::new(),
@@ -182,13 +182,6 @@ impl Choices {
             printers: ChosenPrinters::default(),
             ..choices.clone()
         };
-        let solid = |choices: &Self| {
-            let models: Vec<String> = choices.models.iter().map(|model| model.path.clone()).collect();
-            (models, choices.unit.clone(), choices.plate.clone())
-        };
-        if self.cuts == before.cuts && solid(self) != solid(before) {
-            "auto".clone_into(&mut self.cuts);
-        }
         if self.order == before.order && parts(self) != parts(before) {
             "auto".clone_into(&mut self.order);
         }
@@ -324,26 +317,21 @@ impl Choices {
             .for_each(|cut| words.extend(["--cut".to_owned(), cut.to_owned()]));
     }
 
-    /// The words of the command that makes the chosen cuts and no others, and writes nothing.
+    /// The words of the command that makes the chosen cuts of a part and no others, and writes nothing.
     ///
     /// # Errors
     ///
     /// [`WorkbenchError::NotYet`] with what is missing.
-    pub(super) fn split(&self) -> Result<Vec<String>, WorkbenchError> {
-        let [model] = &self.models[..] else {
-            return Err(WorkbenchError::NotYet {
-                what: "have one model alone in the project, of which cuts are chosen",
-            });
-        };
+    pub(super) fn split(&self, part: &CutsOfPart) -> Result<Vec<String>, WorkbenchError> {
         let machine = self.machine.as_ref().ok_or(WorkbenchError::NotYet { what: "choose a machine" })?;
-        let mut words = ["split", &guarded(&model.path), "-m", machine].map(str::to_owned).to_vec();
+        let path = guarded(&self.models[part.model].path);
+        let mut words = ["split", &path, "-m", machine].map(str::to_owned).to_vec();
         push(&mut words, "--unit", &self.unit);
-        push(&mut words, "--plate", &self.plate);
+        push(&mut words, "--plate", self.plate_of(part.model));
+        words.extend(part.part.into_iter().flat_map(|part| ["--part".to_owned(), part.to_string()]));
         push(&mut words, "--finish", &self.finish);
-        let before = words.len();
-        self.push_cuts(&mut words);
-        let count = ((words.len() - before) / 2).to_string();
-        words.extend(["--max-cuts".to_owned(), count]);
+        words.extend(part.cuts.iter().flat_map(|(_, cut)| ["--cut".to_owned(), cut.clone()]));
+        words.extend(["--max-cuts".to_owned(), part.cuts.len().to_string()]);
         Ok(words)
     }
 

@@ -11,6 +11,7 @@
 mod answers;
 mod archive;
 mod choices;
+mod cuts;
 mod doors;
 mod error;
 mod folder;

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::WorkbenchError;
 use super::choices::{CHOICES, Choices, ChosenModel, ENDINGS, FINISHES, MOST_PLATE, SLICERS, UNITS, WAYS, line};
+use super::cuts::{CountedModel, CutsOfPart, by_part, renumbered};
 use super::history::{History, StepName};
 use super::task::{PrinterTask, Task, numbered};
 use super::timeline::Timeline;
@@ -63,6 +64,28 @@ pub(super) struct MadeResult {
     pub(super) document: Value,
 }
 
+/// What the command says of the cuts of one part.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct CutAnswer {
+    /// The part and its cuts.
+    pub(super) of: CutsOfPart,
+    /// The command.
+    pub(super) words: Vec<String>,
+    /// What it says; `None`: nobody has asked.
+    pub(super) document: Option<Value>,
+}
+
+/// What the command says of all chosen cuts.
+#[derive(Clone, Debug, PartialEq)]
+struct MadeCuts {
+    /// What it depends on beside the commands.
+    basis: String,
+    /// .. and all that the project is.
+    made_of: String,
+    /// By part.
+    answers: Vec<CutAnswer>,
+}
+
 /// The project.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Project {
@@ -82,8 +105,8 @@ pub(super) struct Project {
     ways: Option<MadeResult>,
     /// The last run that prepared a file or said why not.
     prepared: Option<MadeResult>,
-    /// What the chosen cuts leave, with what they were made of.
-    cut: Option<MadeResult>,
+    /// What the command says of the chosen cuts.
+    cuts: Option<MadeCuts>,
     /// The plans of what was prepared, and of the orders that were found to work; the last one last.
     timelines: Vec<Timeline>,
 }
@@ -108,6 +131,7 @@ impl Project {
         self.facts.remove(&id);
         target.models.push(ChosenModel { id, path: path.to_owned(), copies: 1 });
         target.order_after(&self.choices);
+        target.cuts = self.cuts_after(&target);
         let name = target.models[target.models.len() - 1].name().to_owned();
         self.history.step(self.choices.clone(), StepName { what: "add", name });
         self.adopt(target);
@@ -198,8 +222,63 @@ impl Project {
         }
         if !matches!(change, ProjectChange::Order(..) | ProjectChange::Undo | ProjectChange::Redo) {
             target.order_after(&self.choices);
+            target.cuts = self.cuts_after(&target);
         }
         Ok(target)
+    }
+
+    /// The models of some choices with the parts that are known of them.
+    fn counted(&self, choices: &Choices) -> Vec<CountedModel> {
+        let parts = |(index, model): (usize, &ChosenModel)| {
+            let facts = self.facts.get(&model.id).filter(|facts| facts.asked.as_ref() == Some(&choices.inspect(index)));
+            facts?.inspected.as_ref()?["parts"].as_array().map(Vec::len)
+        };
+        let of = |(index, model): (usize, &ChosenModel)| CountedModel {
+            id: model.id,
+            copies: model.copies as usize,
+            parts: parts((index, model)),
+        };
+        choices.models.iter().enumerate().map(of).collect()
+    }
+
+    /// The cuts of `target`: where its models are others or more, of the same parts as now; none where models are read otherwise.
+    fn cuts_after(&self, target: &Choices) -> String {
+        let now = &self.choices;
+        let models = |choices: &Choices| -> Vec<(String, u64)> {
+            choices.models.iter().map(|model| (model.path.clone(), u64::from(model.copies))).collect()
+        };
+        if target.cuts != now.cuts || target.cuts == "auto" {
+            return target.cuts.clone();
+        }
+        if (&target.unit, &target.plate) != (&now.unit, &now.plate) {
+            return "auto".to_owned();
+        }
+        if models(target) == models(now) {
+            return target.cuts.clone();
+        }
+        renumbered(&now.cuts, &self.counted(now), &self.counted(target))
+    }
+
+    /// The chosen cuts of `target` by parts, each with its command, and with the answer where that is known.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkbenchError::NotYet`] with what is missing, and [`WorkbenchError::BadChoice`].
+    pub(super) fn cut_commands(&self, target: &Choices) -> Result<Vec<CutAnswer>, WorkbenchError> {
+        let models = self.counted(target);
+        let bad = || match models.iter().any(|model| model.parts.is_none()) {
+            true => WorkbenchError::NotYet { what: "let all models be read" },
+            false => WorkbenchError::BadChoice { name: "cuts", value: target.cuts.clone() },
+        };
+        let basis = self.basis();
+        let known = self.cuts.iter().filter(|cuts| cuts.basis == basis).flat_map(|cuts| &cuts.answers);
+        let answer = |of: CutsOfPart| {
+            let words = target.split(&of)?;
+            let document =
+                known.clone().find(|answer| answer.words == words).and_then(|answer| answer.document.clone());
+            Ok(CutAnswer { of, words, document })
+        };
+        by_part(&target.cuts, &models).ok_or_else(bad)?.into_iter().map(answer).collect()
     }
 
     /// Makes a change whose `target` is this; `moved` are models whose files have other names now.
@@ -350,20 +429,39 @@ impl Project {
     }
 
     /// Takes what the command says of the chosen cuts, of the project as it is now.
-    pub(super) fn take_cut(&mut self, document: Value) {
-        self.cut = Some(MadeResult { made_of: self.whole(), document });
+    pub(super) fn take_cuts(&mut self, answers: Vec<CutAnswer>) {
+        self.cuts = Some(MadeCuts { basis: self.basis(), made_of: self.whole(), answers });
     }
 
-    /// The planes of the project as it is now, those that were chosen first, and what is left that hangs, mm²: of what was prepared, else of the
-    /// chosen cuts alone; null where neither is known.
+    /// By solid that is cut, the planes of the project as it is now, those that were chosen first, and what is left that hangs, mm²: of what was
+    /// prepared, else of the chosen cuts alone; empty where neither is known.
     fn cut_document(&self) -> Value {
         let whole = self.whole();
-        let current = |one: &&MadeResult| one.made_of == whole;
-        let prepared = self.prepared.as_ref().filter(current).map(|one| &one.document["cut"]);
-        let chosen = self.cut.as_ref().filter(current).map(|one| &one.document);
-        prepared.into_iter().chain(chosen).find(|cut| cut["planes"].is_array()).map_or(Value::Null, |cut| {
-            json!({"planes": cut["planes"], "left_mm2": cut["needs_support_mm2"], "seam_mm2": cut["seam_mm2"], "parts": cut["parts"]})
-        })
+        let prepared = self.prepared.as_ref().filter(|one| one.made_of == whole).map(|one| &one.document["cut"]);
+        let of_solid = |cut: &Value, of_parts: &Value| json!({"of_parts": of_parts, "planes": cut["planes"], "left_mm2": cut["needs_support_mm2"]["after"], "seam_mm2": cut["seam_mm2"], "parts": cut["parts"]});
+        let solids: Vec<Value> = match prepared {
+            Some(cut) if cut["planes"].is_array() => vec![of_solid(cut, &cut["of_parts"])],
+            Some(cut) if cut["solids"].is_array() => {
+                let solids = cut["solids"].as_array().into_iter().flatten();
+                solids.map(|solid| of_solid(solid, &solid["of_parts"])).collect()
+            }
+            _ => {
+                let current = self.cuts.iter().filter(|cuts| cuts.made_of == whole).flat_map(|cuts| &cuts.answers);
+                let chosen = |answer: &CutAnswer| {
+                    let mut solid = of_solid(answer.document.as_ref()?, &json!([answer.of.number.unwrap_or(0)]));
+                    let planes = solid["planes"].as_array_mut().into_iter().flatten();
+                    for (plane, number) in planes.zip(std::iter::repeat(answer.of.number)) {
+                        // The part alone knows no number.
+                        let pin = plane["pin"].as_str().unwrap_or_default();
+                        let pin = number.map_or_else(|| pin.to_owned(), |number| format!("{number}:{pin}"));
+                        plane["pin"] = pin.into();
+                    }
+                    Some(solid)
+                };
+                current.filter_map(chosen).collect()
+            }
+        };
+        solids.into()
     }
 
     /// The project as the page shows it.

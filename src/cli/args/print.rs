@@ -67,7 +67,9 @@ pub(in crate::cli) struct Prepare {
     #[arg(long, value_name = "WAY", help_heading = PLANNING, hide_possible_values = true, value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
     pub(in crate::cli) way: String,
     /// Cut the model along this plane first, whatever it gains; may be repeated. `trunnion split --help` explains the words
-    #[arg(long, value_name = "X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true, conflicts_with = "plates", help_heading = PLANNING, hide_short_help = true)]
+    ///
+    /// Of several parts PART is the number of the one that is cut, with its copies, and the plane is in the coordinates of its own file.
+    #[arg(long, value_name = "[PART:]X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true, conflicts_with = "plates", help_heading = PLANNING, hide_short_help = true)]
     pub(in crate::cli) cut: Vec<String>,
     /// Cut solids that have no plan as drawn; the parts are written to OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = PLANNING, hide_short_help = true)]

@@ -100,8 +100,11 @@ pub(in crate::cli) struct Split {
     /// `trunnion profile list` lists them; `trunnion profile new` creates one for your machine.
     #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new(), required_unless_present = "convex")]
     pub(in crate::cli) profile: Option<String>,
+    /// Cut this part of a model that has several, as `trunnion inspect` numbers them
+    #[arg(long, value_name = "PART")]
+    pub(in crate::cli) part: Option<usize>,
     /// Take the model apart into nearly convex pieces instead, and write the hull of each: for simulators and planners, not for printing
-    #[arg(long, conflicts_with_all = ["up", "cut", "no_cut", "strict", "pedestal", "overhang", "bridge", "tolerate", "margin", "max_cuts", "budget", "allow"])]
+    #[arg(long, conflicts_with_all = ["part", "up", "cut", "no_cut", "strict", "pedestal", "overhang", "bridge", "tolerate", "margin", "max_cuts", "budget", "allow"])]
     pub(in crate::cli) convex: bool,
     /// How far a piece may be from convex [default: a hundredth of the diagonal of each part's box]
     #[arg(long, value_name = "MM", requires = "convex", allow_hyphen_values = true)]
@@ -137,7 +140,7 @@ pub(in crate::cli) struct Split {
     /// The direction points to what is cut off, which is printed along it; OFFSET is the plane's distance from the origin along the
     /// direction, in mm. @X,Y,Z takes only the part that this point lies in, where several lie beyond the plane. What is cut off is not cut again: name outer planes first. The search then
     /// cuts what is left; --max-cuts counts these cuts, too.
-    #[arg(long, value_name = "X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true)]
+    #[arg(long, value_name = "[PART:]X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true)]
     pub(in crate::cli) cut: Vec<String>,
     /// Box that no cut may cross, in the file's coordinates; may be repeated
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]

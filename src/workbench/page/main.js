@@ -1,6 +1,6 @@
 // The page: rooms, what each shows of the state, and what its buttons ask for. Nothing is decided here that the command decides.
 
-import { added, askCuts, besideOf, cutting, forget, movedTo, pinned, planes, settledAt, turnedTo, without } from './cuts.js';
+import { added, aim, askCuts, besideOf, cutting, forget, movedTo, pinned, planes, settledAt, turnedTo, without } from './cuts.js';
 import { foot } from './foot.js';
 import { deck, howPanel } from './how.js';
 import { machineBox, machineFacts, modelPanel } from './model.js';
@@ -142,8 +142,9 @@ function pick(what) {
 }
 
 /** A face was clicked: the direction out of it, and where it is along that. */
-function picked({ normal, offset }) {
+function picked({ normal, offset, ...place }) {
   const what = scene.picking;
+  if (what === 'cut' && !aim(page.state, place)) return;
   if (what === 'up') change('set', { name: 'up', value: normal.map((v) => -v + 0).join() }).then(() => pick(null));
   else add(normal, offset).then(() => pick(null));
 }
@@ -355,7 +356,10 @@ function events() {
       recut(movedTo(page.state, Number(target.dataset.offset), settles(target)));
       page.slides = false;
     } else if (target.dataset.angle) {
-      recut(turnedTo(page.state, Number(target.dataset.cut), target.dataset.angle, target.value, (normal, offset) => scene?.middleOf(normal, offset)));
+      recut(turnedTo(page.state, Number(target.dataset.cut), target.dataset.angle, target.value, (normal, offset, part) => scene?.middleOf(normal, offset, part)));
+    } else if (target.dataset.cutPart !== undefined) {
+      cutting.part = Number(target.value);
+      show();
     } else if (target.dataset.copies) {
       change('copies', { index: target.dataset.copies, value: target.value });
     }
@@ -416,7 +420,7 @@ function begin() {
   if (!hasSecret) return toast(TEXTS.noSecret);
   try {
     scene = new Scene(byId('canvas'), picked, slid);
-    cutting.stops = (normal) => scene.stops(normal);
+    cutting.stops = (normal, part) => scene.stops(normal, part);
   } catch {
     byId('no-gl').hidden = false;
   }

@@ -17,7 +17,7 @@ const STANDS_MM = 0.05; // as near to the lowest point a facet lies on the table
 
 export class Scene {
   /**
-   * `picked` hears of a face that was clicked: the direction out of it, and how far along that it is. `slid` hears of a plane whose arrow is dragged:
+   * `picked` hears of a face that was clicked: the direction out of it, how far along that it is, and which part of which model it is of. `slid` hears of a plane whose arrow is dragged:
    * its number, how far along its direction it would be, and whether it was let go.
    */
   constructor(canvas, picked, slid) {
@@ -144,8 +144,8 @@ export class Scene {
       // Seen through the part: what is steep looks down.
       drawing.lines(model.rim, model.rimCount, ink.hangs, 1, own, 0.03);
     }
-    for (const { points, head, kind } of this.lines) {
-      const own = { toEye: shiftedBy(view, this.order[0].shift), toClip: projection };
+    for (const { points, head, kind, shift } of this.lines) {
+      const own = { toEye: shiftedBy(view, shift), toClip: projection };
       drawing.loose(points, ink[kind], 1, own);
       // Seen through the part: what is dragged has to be found.
       drawing.loose(head, ink[kind], 1, own, 0.1);
@@ -166,44 +166,53 @@ export class Scene {
     this.canvas.classList.toggle('picking', what !== null);
   }
 
-  /** Planes of the only model as it was drawn: normal, where along it, and kind. */
+  /** One part of a model, to be cut; null where it is not drawn. */
+  partAt({ model, part }) {
+    const { triangles, sharp, ...one } = this.order[model] ?? {};
+    return triangles?.[part] ? { ...one, triangles: [triangles[part]], sharp: [sharp[part]] } : null;
+  }
+
+  /** Planes of models as they were drawn: normal, where along it, kind, and of which part of which model. */
   setPlanes(planes) {
-    const wanted = JSON.stringify(planes), [model] = this.order;
-    if (this.planes === wanted && this.planed === model) return;
-    [this.planes, this.planed] = [wanted, model];
-    const one = ({ normal, offset, kind }, k) => {
-      const { lines, arrow, head } = drawn(model, normal, offset);
-      return { points: lines, kind, k, normal, offset, arrow, head };
+    const wanted = JSON.stringify(planes), models = this.order;
+    if (this.planes === wanted && this.planed === models) return;
+    [this.planes, this.planed] = [wanted, models];
+    const one = ({ normal, offset, kind, k, ...place }) => {
+      const part = this.partAt(place);
+      if (!part) return [];
+      const { lines, arrow, head } = drawn(part, normal, offset);
+      return [{ points: lines, kind, k, normal, offset, arrow, head, shift: part.shift }];
     };
-    this.lines = this.order.length === 1 ? planes.map(one) : [];
+    this.lines = planes.flatMap(one);
     this.invalidate();
   }
 
-  /** Where planes of this direction lie along a face or an edge of the only model. */
-  stops(normal) {
-    const [model] = this.order, key = normal.join();
-    if (this.order.length !== 1) return [];
-    if (!model.stops.has(key)) model.stops.set(key, stopsOf(model, normal));
+  /** Where planes of this direction lie along a face or an edge of a part. */
+  stops(normal, place) {
+    const model = this.order[place.model], key = [place.part, ...normal].join(), part = this.partAt(place);
+    if (!part) return [];
+    if (!model.stops.has(key)) model.stops.set(key, stopsOf(part, normal));
     return model.stops.get(key);
   }
 
-  /** The middle of what a plane of the only model cuts. */
-  middleOf(normal, offset) {
-    return this.order.length === 1 ? drawn(this.order[0], normal, offset).arrow[0] : null;
+  /** The middle of what a plane cuts of a part. */
+  middleOf(normal, offset, place) {
+    const part = this.partAt(place);
+    return part && drawn(part, normal, offset).arrow[0];
   }
 
-  /** Where a place of the only model is in the picture, in its pixels. */
-  seenAt(place) {
+  /** Where a place of a model that is shifted so is in the picture, in its pixels. */
+  seenAt(place, shift) {
     const { clientWidth: width, clientHeight: height } = this.canvas, { view } = this.camera.matrices(width / height);
-    const [x, y, depth] = moved(view, plus(place, this.order[0].shift)), per = height / 2 / Math.tan(this.camera.fov / 2) / -depth;
+    const [x, y, depth] = moved(view, plus(place, shift)), per = height / 2 / Math.tan(this.camera.fov / 2) / -depth;
     return [width / 2 + x * per, height / 2 - y * per];
   }
 
   /** The plane of somebody's whose arrow is near a place of the picture; undefined beside them. */
   gripped(x, y) {
-    return this.lines.find(({ kind, arrow }) => {
+    return this.lines.find(({ kind, arrow, shift }) => {
       if (kind === 'found' || this.picking) return false;
-      const [[ax, ay], [bx, by]] = arrow.map((end) => this.seenAt(end)), [ux, uy] = [bx - ax, by - ay], long = ux * ux + uy * uy;
+      const [[ax, ay], [bx, by]] = arrow.map((end) => this.seenAt(end, shift)), [ux, uy] = [bx - ax, by - ay], long = ux * ux + uy * uy;
       const t = Math.min(1, Math.max(0, ((x - ax) * ux + (y - ay) * uy) / (long || 1)));
       return Math.hypot(x - ax - t * ux, y - ay - t * uy) <= GRIP_PX;
     });
@@ -216,8 +225,8 @@ export class Scene {
   }
 
   /** How far from its middle a plane's arrow, however long, is nearest to a place of the picture; null where it is seen from its end. */
-  alongArrow({ normal, arrow: [middle] }, [x, y]) {
-    const seen = (by) => this.seenAt(plus(middle, normal, by));
+  alongArrow({ normal, arrow: [middle], shift }, [x, y]) {
+    const seen = (by) => this.seenAt(plus(middle, normal, by), shift);
     let by = 0;
     // What is farther away is seen smaller: each step corrects the one before.
     for (let step = 0; step < 6; step++) {
@@ -228,24 +237,24 @@ export class Scene {
     return by;
   }
 
-  /** The face under a place of the picture: the direction of the model out of it, and how far along that it is; null beside the models. */
+  /** The face under a place of the picture: the direction of the model out of it, how far along that it is, and of which part; null beside the models. */
   faceAt(x, y) {
     const { camera, canvas } = this, { eye } = camera.matrices(1), half = Math.tan(camera.fov / 2), { clientWidth: width, clientHeight: height } = canvas;
     const u = ((x / width) * 2 - 1) * half * (width / height), v = (1 - (y / height) * 2) * half;
     const ray = plus(plus(plus([0, 0, 0], camera.back, -1), camera.right, u), cross(camera.back, camera.right), v);
     let best = { at: Infinity, face: null };
-    for (const { shift, turn, triangles } of this.order) {
+    for (const [model, { shift, turn, triangles }] of this.order.entries()) {
       const from = plus(eye, shift, -1);
-      for (const t of triangles) {
+      for (const [part, t] of triangles.entries()) {
         for (let i = 0; i < t.length; i += 18) {
           const at = hit(t, i, from, ray);
-          if (at < best.at) best = { at, face: [[t[i + 3], t[i + 4], t[i + 5]], [t[i], t[i + 1], t[i + 2]]].map((v) => turned(inverted(turn), v)) };
+          if (at < best.at) best = { at, model, part, face: [[t[i + 3], t[i + 4], t[i + 5]], [t[i], t[i + 1], t[i + 2]]].map((v) => turned(inverted(turn), v)) };
         }
       }
     }
     if (!best.face) return null;
-    const [normal, corner] = best.face;
-    return { normal: normal.map((value) => Number(value.toFixed(6)) + 0), offset: Number(dot(normal, corner).toFixed(4)) + 0 };
+    const { model, part, face: [normal, corner] } = best;
+    return { model, part, normal: normal.map((value) => Number(value.toFixed(6)) + 0), offset: Number(dot(normal, corner).toFixed(4)) + 0 };
   }
 
   orbit(yaw, pitch) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 use trunnion::geom::{Bounds, Vec3};
-use trunnion::mesh::{ReadOptions, read_model};
+use trunnion::mesh::{ReadOptions, read_model, threemf};
 use trunnion::split::{Against, CutMade, CutOptions, PinnedCut, Plane, Split};
 
 use super::command::{run, written};
@@ -184,19 +184,164 @@ fn prepare_says_why_a_cut_is_not_made_and_leaves_no_file() {
     written(here, "block.stl", &solids::block(20.0, 20.0, 40.0));
     let pair = solids::block(20.0, 20.0, 40.0).and(&solids::block(20.0, 20.0, 40.0).at(40.0, 0.0, 0.0));
     written(here, "pair.stl", &pair);
-    let (code, _, err) = prepare(here, &["block.stl", "--cut", "0,0,1,10", "--cut", "0,0,1,41"]);
-    assert!(code == Some(1) && fails(&err, "strategy/no-way: cut 2"), "{err}");
+    let [lower, upper] = [0.0, 10.0].map(|z| solids::block(20.0, 20.0, 10.0).at(0.0, 0.0, z).mesh());
+    let stack = threemf(&[("lower".to_owned(), &lower), ("upper".to_owned(), &upper)]);
+    std::fs::write(here.join("stack.3mf"), stack).unwrap();
+    let bars =
+        [solids::block(60.0, 10.0, 10.0).at(-30.0, -5.0, 0.0), solids::block(10.0, 60.0, 10.0).at(-5.0, -30.0, 0.0)];
+    let [along, across, apart] =
+        [bars[0].mesh(), bars[1].mesh(), solids::block(10.0, 10.0, 20.0).at(60.0, 0.0, 0.0).mesh()];
+    let named = [("along".to_owned(), &along), ("across".to_owned(), &across), ("apart".to_owned(), &apart)];
+    std::fs::write(here.join("crossed.3mf"), threemf(&named)).unwrap();
+    let (low, high) = ("--cut=0:0,0,1,10", "--cut=1:0,0,1,41");
+    for (words, wanted) in [
+        (&["block.stl", "--cut", "0,0,1,10", "--cut", "0,0,1,41"][..], "strategy/no-way: cut 2"),
+        // Counted over all parts.
+        (&["pair.stl", low, high], "strategy/no-way: part 1 | cut 2"),
+        (&["stack.3mf", "--cut", "1:0,0,1,15"], "strategy/no-way: part 1 | --join"),
+    ] {
+        let (code, _, err) = prepare(here, words);
+        assert!(code == Some(1) && fails(&err, wanted), "{wanted:?} is not {err:?}");
+    }
     for (words, wanted) in [
         (&["block.stl", "--cut", "1,0,5"][..], "command/usage: --cut 1,0,5 | four numbers"),
         (&["block.stl", "--cut", "0,0,1,10", "--way", "supports"], "command/usage: --cut | --way supports"),
         (&["block.stl", "--cut", "0,0,1,10", "--split", "never"], "command/usage: --cut | --split never"),
-        (&["block.stl", "--cut", "0,0,1,10", "--up", "0,1,0"], "setting/arranged-cut: --cut | trunnion split"),
         (&["out.parts.3mf", "--cut", "0,0,1,10"], "command/usage: --cut | out.parts.3mf | -o"),
-        (&["block.stl*2", "--cut", "0,0,1,10"], "setting/arranged-cut: --cut | trunnion split"),
-        (&["pair.stl", "--cut", "0,0,1,10"], "strategy/not-one-solid: 2 closed parts"),
+        (&["stack.3mf*2", "--join", "--cut", "0,0,1,10"], "setting/arranged-cut: --cut | --join | trunnion split"),
+        // Two become one, so that the third has another number than in its file.
+        (&["crossed.3mf", "--cut", "1:0,0,1,5"], "setting/arranged-cut: --cut | --join | trunnion split"),
+        (&["pair.stl", "--cut", "0,0,1,10"], "setting/cut-of-which: --cut 0,0,1,10 | 2 parts | 0:0,0,1,10"),
+        (
+            &["pair.stl", "--cut", "0:0,0,1,10", "--cut", "2:0,0,1,10"],
+            "setting/no-such-part: --cut 2 | pair.stl | 0..1",
+        ),
+        (&["pair.stl", "--cut", "x:0,0,1,10"], "command/usage: --cut x:0,0,1,10 | four numbers"),
     ] {
         let (code, _, err) = prepare(here, words);
         assert!(code == Some(2) && fails(&err, wanted), "{wanted:?} is not {err:?}");
     }
     assert!(!here.join("out.gcode").exists() && !here.join("out.parts.3mf").exists());
+}
+
+/// What `prepare` tells of the solids that were cut: which parts of the model, their cuts as words, and where their planes are.
+fn told(document: &Value) -> Vec<(Vec<u64>, Vec<String>, Vec<f64>)> {
+    assert_eq!(document["verify"]["findings"], Value::Array(Vec::new()));
+    let cut = &document["cut"];
+    let of_solid = |solid: &Value| {
+        let planes = solid["planes"].as_array().unwrap();
+        (
+            solid["of_parts"].as_array().unwrap().iter().map(|part| part.as_u64().unwrap()).collect(),
+            planes.iter().map(|plane| plane["pin"].as_str().unwrap().to_owned()).collect(),
+            planes.iter().map(|plane| plane["offset_mm"].as_f64().unwrap()).collect(),
+        )
+    };
+    cut["solids"].as_array().map_or_else(|| vec![of_solid(cut)], |solids| solids.iter().map(of_solid).collect())
+}
+
+#[test]
+fn cuts_are_of_one_part_of_several_and_of_its_copies() {
+    let folder = folder();
+    let here = folder.path();
+    written(here, "block.stl", &solids::block(20.0, 20.0, 40.0));
+    written(here, "tee.stl", &solids::tee());
+    written(here, "pair.stl", &solids::tee().and(&solids::tee().at(0.0, 90.0, 0.0)));
+    // Too near to each other for a head beside the first.
+    written(here, "near.stl", &solids::tee().and(&solids::block(10.0, 10.0, 60.0).at(34.0, -5.0, 0.0)));
+    let [lower, upper] = [0.0, 10.0].map(|z| solids::block(20.0, 20.0, 10.0).at(0.0, 0.0, z).mesh());
+    let stack = threemf(&[("lower".to_owned(), &lower), ("upper".to_owned(), &upper)]);
+    std::fs::write(here.join("stack.3mf"), stack).unwrap();
+    // What lies on its back, and is stood up.
+    written(here, "lying.stl", &solids::tee().mapped(|p| Vec3::new(p.x, p.z, -p.y)));
+    let made = |words: &[&str]| -> Value {
+        let (code, out, err) = prepare(here, words);
+        assert_eq!(code, Some(0), "{words:?}: {err}");
+        serde_json::from_str(&out).unwrap()
+    };
+    for (models, cuts, wanted) in [
+        // Copies are cut alike, whichever is named.
+        (&["block.stl*2"][..], &["0,0,1,10"][..], &[(&[0, 1][..], 1)][..]),
+        (&["block.stl*2"], &["1:0,0,1,10"], &[(&[0, 1], 1)]),
+        // What has no cut of its own stays whole, or is cut as it must be.
+        (&["block.stl", "tee.stl"], &["1:1,0,0,20"], &[(&[1], 3)]),
+        (&["block.stl", "tee.stl"], &["0:0,0,1,10"], &[(&[0], 1), (&[1], 2)]),
+        (&["block.stl*2", "tee.stl"], &["2:1,0,0,20", "0:0,0,1,30", "0:0,0,1,12.5"], &[(&[0, 1], 2), (&[2], 3)]),
+        // Two of a kind that are no copies.
+        (&["pair.stl"], &["1:1,0,0,20"], &[(&[0], 2), (&[1], 3)]),
+        (&["near.stl"], &["0:1,0,0,20"], &[(&[0], 3)]),
+        (&["lying.stl", "--up", "0,1,0"], &["1,0,0,20"], &[(&[0], 3)]),
+        (&["stack.3mf", "--join"], &["0,0,1,15"], &[(&[0], 1)]),
+    ] {
+        let given: Vec<String> = cuts.iter().map(|cut| format!("--cut={cut}")).collect();
+        let words = |cuts: &[String]| -> Vec<String> {
+            models.iter().map(|word| (*word).to_owned()).chain(cuts.iter().cloned()).collect()
+        };
+        let run = |cuts: &[String]| {
+            let words = words(cuts);
+            made(&words.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        let found = told(&run(&given));
+        let counted: Vec<(Vec<u64>, usize)> =
+            found.iter().map(|(parts, pins, _)| (parts.clone(), pins.len())).collect();
+        let wanted: Vec<(Vec<u64>, usize)> = wanted.iter().map(|(parts, cuts)| (parts.to_vec(), *cuts)).collect();
+        assert_eq!(counted, wanted, "{models:?} {cuts:?}");
+        // What it says of its cuts begins with what was given, in the file's own coordinates, and makes the same again.
+        let pins: Vec<&String> = found.iter().flat_map(|(_, pins, _)| pins).collect();
+        for cut in cuts {
+            let (_, plane) = cut.split_once(':').unwrap_or(("", cut));
+            let numbers = |text: &str| -> Vec<f64> { text.split(',').map(|word| word.parse().unwrap()).collect() };
+            let same = |pin: &&&String| {
+                let pin = pin.split('@').next().unwrap();
+                let pin = numbers(pin.split_once(':').map_or(pin, |(_, plane)| plane));
+                pin.iter().zip(numbers(plane)).all(|(a, b)| (a - b).abs() < 1e-9)
+            };
+            assert!(pins.iter().any(|pin| same(&pin)), "{cut} is none of {pins:?}");
+        }
+        let again: Vec<String> = pins.iter().map(|pin| format!("--cut={pin}")).collect();
+        let again = told(&run(&again));
+        for ((parts, _, planes), (parts_again, _, planes_again)) in found.iter().zip(&again) {
+            assert_eq!((parts, planes.len()), (parts_again, planes_again.len()), "{models:?} {cuts:?}");
+            let near = planes.iter().zip(planes_again).all(|(a, b)| (a - b).abs() < 1e-9);
+            assert!(near, "{planes:?} are not {planes_again:?}");
+        }
+    }
+}
+
+#[test]
+fn one_part_of_several_is_cut_as_if_it_were_alone() {
+    let folder = folder();
+    let [output, alone] = ["parts.3mf", "alone.3mf"].map(|name| folder.path().join(name));
+    let block = solids::block(20.0, 20.0, 40.0);
+    let pair = written(folder.path(), "pair.stl", &block.and(&solids::tee().at(0.0, 90.0, 0.0)));
+    // Whichever of the two comes first in the file.
+    let tee = (0..2_usize)
+        .find(|part| {
+            let (code, out, err) = run(&pair, &output, &["--part", &part.to_string(), "--json"]);
+            assert_eq!(code, Some(0), "{err}");
+            serde_json::from_str::<Value>(&out).unwrap()["planes"].as_array().unwrap().len() == 2
+        })
+        .unwrap();
+    let by_itself = written(folder.path(), "tee.stl", &solids::tee().at(0.0, 90.0, 0.0));
+    let (part, other) = (tee.to_string(), 1 - tee);
+    for cut in ["1,0,0,20".to_owned(), format!("{tee}:1,0,0,20")] {
+        let words = ["--json", "--part", &part, "--cut", &cut];
+        let (code, out, err) = run(&pair, &output, &words);
+        assert_eq!(code, Some(0), "{err}");
+        let planes = |out: &str| serde_json::from_str::<Value>(out).unwrap()["planes"].clone();
+        let (code, wanted, err) = run(&by_itself, &alone, &["--json", "--cut", "1,0,0,20"]);
+        assert_eq!((code, planes(&wanted)), (Some(0), planes(&out)), "{err}");
+    }
+    std::fs::remove_file(&output).unwrap();
+    for (words, wanted) in [
+        (&["--cut", "1,0,0,20"][..], "strategy/not-one-solid: pair.stl | 2 | --part"),
+        (&["--part", "2"], "setting/no-such-part: --part 2 | pair.stl | 0..1"),
+        (&["--part", &part, "--cut", &format!("{other}:1,0,0,20")], "setting/unwanted-cut: --cut | part"),
+        (&["--part", &part, "--convex"], "command/usage: --part | --convex"),
+    ] {
+        let (code, _, err) = run(&pair, &output, words);
+        assert!(code == Some(2) && fails(&err, wanted), "{wanted:?} is not {err:?}");
+        assert!(!output.exists());
+    }
+    let (code, _, err) = run(&by_itself, &output, &["--cut", "1:1,0,0,20"]);
+    assert!(code == Some(2) && fails(&err, "setting/no-such-part: --cut 1 | tee.stl | 0..0"), "{err:?}");
 }

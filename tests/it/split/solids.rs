@@ -30,7 +30,7 @@ impl Shape {
     }
 
     /// The same surface with every vertex taken elsewhere; the map must keep the inside inside.
-    fn mapped(&self, map: impl Fn(Vec3) -> Vec3) -> Self {
+    pub(crate) fn mapped(&self, map: impl Fn(Vec3) -> Vec3) -> Self {
         let vertices: Vec<Vec3> = self.0.ps.iter().map(|p| map(Vec3::new(p.x, p.y, p.z))).collect();
         let facets: Vec<[usize; 3]> = self.0.hs.chunks(3).map(|h| [h[0].tail, h[1].tail, h[2].tail]).collect();
         Self::new(&vertices, &facets)

@@ -173,7 +173,8 @@ fn by_hand(line: &str, models: &Path) -> tempfile::TempDir {
             std::fs::copy(&path, elsewhere.path().join(path.file_name().unwrap())).unwrap();
         }
     }
-    let words = line.split(' ').skip(1);
+    // A word in quotes holds no space here.
+    let words = line.split(' ').skip(1).map(|word| word.trim_matches('\''));
     let done = trunnion().args(words).current_dir(elsewhere.path()).output().unwrap();
     assert!(done.status.success(), "{line}: {}", crate::support::said(&done));
     elsewhere
