@@ -187,9 +187,14 @@ fn cut(cuts: &str, revision: &str, shared: &Shared) -> Result<Option<Value>, Wor
             none => none.insert(said(words, shared)?),
         };
         if !document["planes"].is_array() || document["refused_cut"].is_u64() {
-            let said = document["reasons"].get(0).or(document.get("error"));
-            let place = document["refused_cut"].as_u64().and_then(|k| of.cuts.get(k as usize));
-            let place = place.map(|(place, _)| place);
+            let said = document["reasons"].get(0).or(document.get("error")).and_then(Value::as_str).unwrap_or_default();
+            let bad = document["refused_cut"].as_u64().map(|k| k as usize);
+            let place = bad.and_then(|k| Some(of.cuts.get(k)?.0));
+            // The command counts the cuts of one part, the page those of all.
+            let said = bad.zip(place).map_or_else(
+                || said.to_owned(),
+                |(own, all)| said.replacen(&format!("cut {}", own + 1), &format!("cut {}", all + 1), 1),
+            );
             return Ok(Some(json!({"error": said, "code": document["code"], "cut": place})));
         }
     }

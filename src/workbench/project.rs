@@ -450,11 +450,11 @@ impl Project {
                 let chosen = |answer: &CutAnswer| {
                     let mut solid = of_solid(answer.document.as_ref()?, &json!([answer.of.number.unwrap_or(0)]));
                     let planes = solid["planes"].as_array_mut().into_iter().flatten();
-                    for (plane, number) in planes.zip(std::iter::repeat(answer.of.number)) {
-                        // The part alone knows no number.
-                        let pin = plane["pin"].as_str().unwrap_or_default();
-                        let pin = number.map_or_else(|| pin.to_owned(), |number| format!("{number}:{pin}"));
-                        plane["pin"] = pin.into();
+                    // The part alone knows no number.
+                    if let Some(number) = answer.of.number {
+                        planes.for_each(|plane| {
+                            plane["pin"] = format!("{number}:{}", plane["pin"].as_str().unwrap_or_default()).into();
+                        });
                     }
                     Some(solid)
                 };

@@ -138,7 +138,7 @@ pub(in crate::cli) struct Split {
     /// Cut along this plane first, whatever it gains; may be repeated, in the order of cutting
     ///
     /// The direction points to what is cut off, which is printed along it; OFFSET is the plane's distance from the origin along the
-    /// direction, in mm. @X,Y,Z takes only the part that this point lies in, where several lie beyond the plane. What is cut off is not cut again: name outer planes first. The search then
+    /// direction, in mm. Of several parts PART is the one that --part chooses. @X,Y,Z takes only the part that this point lies in, where several lie beyond the plane. What is cut off is not cut again: name outer planes first. The search then
     /// cuts what is left; --max-cuts counts these cuts, too.
     #[arg(long, value_name = "[PART:]X,Y,Z,OFFSET[@X,Y,Z]", allow_hyphen_values = true)]
     pub(in crate::cli) cut: Vec<String>,

@@ -5,10 +5,18 @@ use trunnion::mesh::stl_binary;
 
 use super::browser::{SHOWN, STATE, click, eval, key, quiet, shot, typed, until};
 use super::looks::Looks;
-use super::{by_hand, open, open_in};
+use super::{Workbench, by_hand, open, open_in};
 use crate::preview::browser::browse_any;
 use crate::split::solids;
 use crate::support::folder;
+
+/// These cuts are refused for the one at `place`, whichever part that is of.
+#[track_caller]
+fn is_refused(workbench: &Workbench, cuts: &str, place: usize) {
+    let why = workbench.post(&format!("/api/cuts?value={cuts}"))["refused"].clone();
+    assert_eq!((&why["code"], &why["cut"]), (&"split/refused-cut".into(), &place.into()), "{cuts}: {why}");
+    assert!(why["error"].as_str().unwrap().contains(&format!("cut {}", place + 1)), "{why}");
+}
 
 #[test]
 fn cuts_are_the_command_s_and_come_back_with_the_project() {
@@ -16,14 +24,8 @@ fn cuts_are_the_command_s_and_come_back_with_the_project() {
     workbench.post("/api/set?name=slicer&value=builtin");
     let before = workbench.state();
     // Nothing is taken that the machine cannot make.
-    for (cuts, code, place) in [
-        ("1,0,0,60", "split/refused-cut", 0),
-        ("1,0,0,20;0,0,-1,-20", "split/refused-cut", 1),
-        ("1,0,0,20;-1,0,0,9", "split/refused-cut", 1),
-    ] {
-        let why = workbench.post(&format!("/api/cuts?value={cuts}"))["refused"].clone();
-        assert_eq!((&why["code"], &why["cut"]), (&code.into(), &place.into()), "{cuts}: {why}");
-        assert!(why["error"].as_str().unwrap().contains(&format!("cut {}", place + 1)), "{why}");
+    for (cuts, place) in [("1,0,0,60", 0), ("1,0,0,20;0,0,-1,-20", 1), ("1,0,0,20;-1,0,0,9", 1)] {
+        is_refused(&workbench, cuts, place);
     }
     assert_eq!(workbench.state()["revision"], before["revision"]);
     for bad in ["", "1,0,0", "1,0,0,8;", "x,0,0,8", "0,0,0,8"] {
@@ -80,13 +82,8 @@ fn cuts_are_of_a_part_and_stay_with_it() {
     // Nobody knows the numbers of the second model's parts before the first one is read.
     let read = || workbench.until("both", |state| (0..2).all(|i| state["models"][i]["inspected"].is_object()));
     read();
-    for (cuts, code, place) in [
-        ("0:1,0,0,60", "split/refused-cut", 0),
-        ("0:1,0,0,8;1:0,0,1,60", "split/refused-cut", 1),
-        ("1:0,0,1,10;0:1,0,0,8;0:1,0,0,60", "split/refused-cut", 2),
-    ] {
-        let why = workbench.post(&format!("/api/cuts?value={cuts}"))["refused"].clone();
-        assert_eq!((&why["code"], &why["cut"]), (&code.into(), &place.into()), "{cuts}: {why}");
+    for (cuts, place) in [("0:1,0,0,60", 0), ("0:1,0,0,8;1:0,0,1,60", 1), ("1:0,0,1,10;0:1,0,0,8;0:1,0,0,60", 2)] {
+        is_refused(&workbench, cuts, place);
     }
     for bad in ["1,0,0,8", "2:1,0,0,8", "x:1,0,0,8"] {
         let answer = workbench.posted(&format!("/api/cuts?value={bad}"));
